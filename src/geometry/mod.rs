@@ -1,0 +1,17 @@
+//! Geometry without an ECS: bounding volumes and the tests between rays, boxes and triangles.
+//!
+//! # Conventions
+//!
+//! - **Types.** [`bevy_math`](bevy::math) has most of the types; this module adds what they lack. Boxes are
+//!   [`Aabb3d`](bevy::math::bounding::Aabb3d), spheres [`BoundingSphere`](bevy::math::bounding::BoundingSphere).
+//! - **Spaces.** *World* is the space of `GlobalTransform`, *local* that of a mesh. A function that takes several
+//!   shapes wants them all in one space, whichever it is; a function that changes space says so in its name.
+//! - **Units.** Lengths are Bevy's, metres by habit. A [`Ray`](ray::Ray) measures along itself in its own parameter
+//!   `t`, in multiples of the length of its direction, so that a ray keeps its parameter under every affine transform.
+//! - **Closed sets.** Boxes, intervals and triangles contain their boundary: touching counts as intersecting.
+//! - **Rounding.** What culls rounds outward: a box test may report a box that the exact ray misses by a few units
+//!   in the last place, and never the reverse. Every such slack lives in [`tolerance`], with its unit and its reason.
+
+pub mod aabb;
+pub mod ray;
+pub mod tolerance;

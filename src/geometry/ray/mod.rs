@@ -1,0 +1,103 @@
+//! Rays, and one file for each shape that a ray is tested against.
+
+pub mod aabb;
+pub mod triangle;
+
+use bevy::math::{Affine3A, Ray3d, Vec3, Vec3A};
+
+/// A ray or a segment: the points `origin + t * direction` for `0 <= t <= t_max`.
+///
+/// Unlike [`Ray3d`], the direction may have any length, so that a ray keeps its parameter `t` under every affine
+/// transform: a hit found in the local space of a mesh is a hit in the world at the same `t`. A ray from
+/// [`Ray::from_ray3d`] has a unit direction, and `t` is the distance in the units of its space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    origin: Vec3A,
+    direction: Vec3A,
+    /// `1 / direction`, with zero divided as if it were tiny: finite, and of the sign of the component.
+    direction_recip: Vec3A,
+    t_max: f32,
+}
+
+impl Ray {
+    /// The ray from `origin` along `direction`, up to and including the parameter `t_max`.
+    ///
+    /// Returns `None` if the direction is zero, if a coordinate is NaN or infinite, or if `t_max` is negative or NaN.
+    /// `t_max` may be infinite.
+    pub fn new(origin: impl Into<Vec3A>, direction: impl Into<Vec3A>, t_max: f32) -> Option<Self> {
+        let (origin, direction) = (origin.into(), direction.into());
+        let sound = origin.is_finite() && direction.is_finite() && direction != Vec3A::ZERO && t_max >= 0.0;
+        sound.then(|| Self {
+            origin,
+            direction,
+            direction_recip: finite_recip(direction),
+            t_max,
+        })
+    }
+
+    /// The ray along `ray`, up to `max_distance`, with `t` the distance.
+    ///
+    /// Returns `None` where [`Ray::new`] does.
+    pub fn from_ray3d(ray: Ray3d, max_distance: f32) -> Option<Self> {
+        Self::new(ray.origin, ray.direction.as_vec3(), max_distance)
+    }
+
+    /// The segment between two points, with `t` from 0 at `from` to 1 at `to`.
+    ///
+    /// Returns `None` if the points coincide, or if a coordinate is NaN or infinite.
+    pub fn segment(from: Vec3, to: Vec3) -> Option<Self> {
+        Self::new(from, to - from, 1.0)
+    }
+
+    /// The start of the ray.
+    #[inline]
+    pub fn origin(&self) -> Vec3A {
+        self.origin
+    }
+
+    /// The direction, of any length but zero.
+    #[inline]
+    pub fn direction(&self) -> Vec3A {
+        self.direction
+    }
+
+    /// The largest parameter that belongs to the ray; may be infinite.
+    #[inline]
+    pub fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    /// The point at the parameter `t`.
+    #[inline]
+    pub fn at(&self, t: f32) -> Vec3A {
+        self.origin + self.direction * t
+    }
+
+    /// This ray, ending at `t_max`, which must not be negative or NaN.
+    #[inline]
+    #[must_use]
+    pub fn with_t_max(self, t_max: f32) -> Self {
+        debug_assert!(t_max >= 0.0);
+        Self { t_max, ..self }
+    }
+
+    /// The same points under `transform`, with the same parameters.
+    ///
+    /// Returns `None` if the direction becomes zero or a coordinate overflows.
+    #[inline]
+    pub fn transformed_by(&self, transform: &Affine3A) -> Option<Self> {
+        Self::new(
+            transform.transform_point3a(self.origin),
+            transform.transform_vector3a(self.direction),
+            self.t_max,
+        )
+    }
+}
+
+/// The reciprocal of each component, clamped to the finite range.
+///
+/// With an infinite reciprocal, `(bound - origin) * recip` is NaN for an origin in the plane of the bound. With a
+/// finite one it is zero there, and an origin off the plane still gets a parameter beyond every scene.
+fn finite_recip(direction: Vec3A) -> Vec3A {
+    direction.recip().clamp(Vec3A::splat(-f32::MAX), Vec3A::splat(f32::MAX))
+}

@@ -1,0 +1,32 @@
+//! Components that say how an entity takes part.
+
+use bevy::ecs::{component::Component, reflect::ReflectComponent};
+use bevy::reflect::{Reflect, std_traits::ReflectDefault};
+
+/// Keeps an entity out of the spatial index: no query, ray or pick finds it. Its children are not affected.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct NoSpatialIndex;
+
+#[cfg(feature = "picking")]
+pub use bevy::picking::mesh_picking::ray_cast::{RayCastBackfaces, SimplifiedMesh};
+
+#[cfg(not(feature = "picking"))]
+pub use without_bevy_picking::{RayCastBackfaces, SimplifiedMesh};
+
+/// The two components of `bevy_picking` that matter to rays, for programs that do without that crate.
+#[cfg(not(feature = "picking"))]
+mod without_bevy_picking {
+    use super::*;
+    use bevy::{asset::Handle, mesh::Mesh};
+
+    /// Makes rays hit the back faces of an entity too.
+    #[derive(Component, Clone, Copy, Debug, Default, Reflect)]
+    #[reflect(Component, Default, Clone)]
+    pub struct RayCastBackfaces;
+
+    /// The mesh that rays hit in place of the one that is drawn.
+    #[derive(Component, Clone, Debug, Reflect)]
+    #[reflect(Component, Clone)]
+    pub struct SimplifiedMesh(pub Handle<Mesh>);
+}

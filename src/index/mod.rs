@@ -1,0 +1,92 @@
+//! The index: one leaf per entity in an [`AabbTree`](crate::spatial::AabbTree), kept in step with the world.
+//!
+//! [`SpatialIndexPlugin`] keeps the [`SpatialIndex`] as of the last `PostUpdate`; [`SceneQuery`] asks it.
+//!
+//! # What is indexed
+//!
+//! Every entity with a `GlobalTransform` and bounds, unless it has [`NoSpatialIndex`] or is disabled. Its bounds are
+//! its `Aabb`, which Bevy computes for whatever it draws; an entity that has a mesh and no `Aabb` (`NoFrustumCulling`,
+//! `NoAutoAabb`) gets the box of its mesh.
+//!
+//! # What a ray hits
+//!
+//! The triangles of the entity's [`SimplifiedMesh`], else of its `Mesh3d`, else of its `Mesh2d`. An entity without a
+//! mesh is found by its box ([`SceneQuery::overlap_aabb`]) and hit by no ray. Back faces are passed through, except on
+//! `Mesh2d` and with [`RayCastBackfaces`].
+//!
+//! # Bad data
+//!
+//! An entity whose transform or bounds are NaN or infinite is left out, with one warning that names it, and listed by
+//! [`SpatialIndex::refused`]; it comes back by itself when its data are good again. So it is with meshes that have no
+//! surface, and the entity keeps its box.
+
+mod components;
+mod hit;
+mod meshes;
+mod scene_query;
+mod settings;
+mod spatial_index;
+mod sync;
+
+pub use components::{NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
+pub use hit::{HitTriangle, RayHit};
+pub use meshes::{MeshBvhs, MeshStatus};
+pub use scene_query::SceneQuery;
+pub use settings::{QueryVisibility, SceneQuerySettings};
+pub use spatial_index::{Refusal, SpatialIndex};
+
+use bevy::{
+    app::{App, Plugin, PostUpdate},
+    asset::{AssetEventSystems, Assets},
+    camera::visibility::VisibilitySystems,
+    ecs::schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
+    mesh::Mesh,
+    transform::TransformSystems,
+};
+
+/// When the index is brought up to date; all in `PostUpdate`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
+pub enum SpatialIndexSystems {
+    /// The changes of this frame reach the index. After transforms, bounds and visibility have been propagated,
+    /// before Bevy checks visibility.
+    Sync,
+}
+
+/// Keeps the [`SpatialIndex`] and the [`MeshBvhs`] in step with the world.
+///
+/// Adding it again does nothing, so that every plugin that needs the index may add it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SpatialIndexPlugin;
+
+impl Plugin for SpatialIndexPlugin {
+    fn build(&self, app: &mut App) {
+        if app.world().contains_resource::<SpatialIndex>() {
+            return;
+        }
+        app.init_resource::<SpatialIndex>()
+            .init_resource::<MeshBvhs>()
+            .register_type::<NoSpatialIndex>()
+            .configure_sets(
+                PostUpdate,
+                SpatialIndexSystems::Sync
+                    .after(TransformSystems::Propagate)
+                    .after(AssetEventSystems)
+                    .after(VisibilitySystems::CalculateBounds)
+                    .after(VisibilitySystems::VisibilityPropagate)
+                    .before(VisibilitySystems::CheckVisibility),
+            )
+            .add_systems(
+                PostUpdate,
+                (
+                    sync::follow_mesh_assets.run_if(resource_exists::<Assets<Mesh>>),
+                    sync::follow_entities,
+                )
+                    .chain()
+                    .in_set(SpatialIndexSystems::Sync),
+            );
+    }
+
+    fn is_unique(&self) -> bool {
+        false
+    }
+}

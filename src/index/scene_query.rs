@@ -1,0 +1,236 @@
+//! The system parameter through which a game asks the index.
+
+use std::ops::ControlFlow;
+
+use bevy::{
+    camera::visibility::ViewVisibility,
+    ecs::{
+        change_detection::Res,
+        entity::Entity,
+        system::{Query, SystemParam},
+    },
+    math::{
+        Dir3, Ray3d, Vec3,
+        bounding::{Aabb3d, BoundingSphere},
+    },
+};
+
+use super::{
+    HitTriangle, MeshBvhs, QueryVisibility, RayHit, SceneQuerySettings, SpatialIndex,
+    spatial_index::{EntryData, MeshSurface},
+};
+use crate::{
+    geometry::ray::{Ray, triangle::Backfaces},
+    mesh::{TriangleHit, TriangleMesh},
+    spatial::{RayVisit, SpatialQueries},
+};
+
+/// Asks what a ray hits and what is where, in world space.
+///
+/// Answers from the [`SpatialIndex`] as of the last `PostUpdate`: what has moved since is found where it was, and what
+/// has been despawned since is not found. Read-only, so that any number of systems may ask at the same time.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_sightline::prelude::*;
+/// fn what_is_ahead(scene: SceneQuery, eye: Single<&GlobalTransform, With<Camera>>) {
+///     let ray = Ray3d::new(eye.translation(), eye.forward());
+///     if let Some(hit) = scene.cast_ray(ray, &SceneQuerySettings::default()) {
+///         println!("{} is {} m ahead", hit.entity, hit.distance);
+///     }
+/// }
+/// ```
+#[derive(SystemParam)]
+pub struct SceneQuery<'w, 's> {
+    index: Res<'w, SpatialIndex>,
+    meshes: Res<'w, MeshBvhs>,
+    /// Every entity that still exists and is not disabled.
+    entities: Query<'w, 's, Option<&'static ViewVisibility>>,
+}
+
+impl SceneQuery<'_, '_> {
+    /// The nearest hit of a ray.
+    ///
+    /// Exact: the triangles of the meshes are tested, as [`crate::index`] says. Of hits at one distance the smallest
+    /// entity wins. A ray with a NaN or infinite origin hits nothing.
+    pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
+        let ray = Ray::from_ray3d(ray, settings.max_distance)?;
+        let (entity, _, (surface, hit)) = self.index.tree().closest_hit(&ray, |entity, rest| {
+            let surface = self.surface(entity, settings)?;
+            let hit = self.meshes.closest_hit(surface, rest, backfaces(surface, settings))?;
+            Some((hit.t, (surface, hit)))
+        })?;
+        self.ray_hit(entity, &ray, surface, &hit)
+    }
+
+    /// All hits of a ray, nearest first, written over `hits`: for each entity its nearest.
+    ///
+    /// Hits at one distance come in the order of their entities.
+    pub fn cast_ray_all(&self, ray: Ray3d, settings: &SceneQuerySettings, hits: &mut Vec<RayHit>) {
+        self.cast_ray_until(ray, settings, |_| false, hits);
+    }
+
+    /// All hits of a ray up to the nearest entity for which `blocks` is true, nearest first, written over `hits`.
+    ///
+    /// Like [`cast_ray_all`](Self::cast_ray_all), with the ray ending where it is blocked; the hit that blocks it, and
+    /// others at that distance, are among the hits.
+    pub fn cast_ray_until(
+        &self,
+        ray: Ray3d,
+        settings: &SceneQuerySettings,
+        blocks: impl Fn(Entity) -> bool,
+        hits: &mut Vec<RayHit>,
+    ) {
+        hits.clear();
+        let Some(mut ray) = Ray::from_ray3d(ray, settings.max_distance) else {
+            return;
+        };
+        self.index.tree().visit_ray(&{ ray }, |entity, _| {
+            let Some(surface) = self.surface(entity, settings) else {
+                return RayVisit::Continue;
+            };
+            let backfaces = backfaces(surface, settings);
+            let Some(hit) = self.meshes.closest_hit(surface, &ray, backfaces) else {
+                return RayVisit::Continue;
+            };
+            hits.extend(self.ray_hit(entity, &ray, surface, &hit));
+            if blocks(entity) {
+                ray = ray.with_t_max(hit.t);
+                RayVisit::Shorten(hit.t)
+            } else {
+                RayVisit::Continue
+            }
+        });
+        hits.retain(|hit| hit.distance <= ray.t_max());
+        hits.sort_unstable_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.entity.cmp(&b.entity)));
+    }
+
+    /// Whether a ray hits anything. Cheaper than [`cast_ray`](Self::cast_ray): it stops at the first hit it finds.
+    pub fn any_hit(&self, ray: Ray3d, settings: &SceneQuerySettings) -> bool {
+        Ray::from_ray3d(ray, settings.max_distance).is_some_and(|ray| self.blocks(&ray, settings))
+    }
+
+    /// Whether nothing lies between two points.
+    ///
+    /// Back faces block too, so that the answer is the same both ways, unless `settings` say otherwise. Things that
+    /// the segment only ends on are in its way: exclude the two that look at each other, or start off their surfaces.
+    /// False if a coordinate is NaN or infinite, or if the points are farther apart than the maximum distance.
+    pub fn line_of_sight(&self, from: Vec3, to: Vec3, settings: &SceneQuerySettings) -> bool {
+        let within_reach = from.is_finite() && to.is_finite() && from.distance(to) <= settings.max_distance;
+        if !within_reach {
+            return false;
+        }
+        let settings = SceneQuerySettings {
+            backfaces: settings.backfaces.or(Some(Backfaces::Include)),
+            ..*settings
+        };
+        // Points that coincide see each other.
+        Ray::segment(from, to).is_none_or(|segment| !self.blocks(&segment, &settings))
+    }
+
+    /// All entities whose world box touches `aabb`, in ascending order, written over `entities`.
+    ///
+    /// `max_distance` and `backfaces` of the settings do not matter.
+    pub fn overlap_aabb(&self, aabb: &Aabb3d, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
+        entities.clear();
+        self.index.tree().visit_aabb(aabb, |entity| {
+            entities.extend(self.accept(entity, settings).map(|_| entity));
+            ControlFlow::Continue(())
+        });
+        entities.sort_unstable();
+    }
+
+    /// All entities whose world box touches `sphere`, in ascending order, written over `entities`.
+    ///
+    /// `max_distance` and `backfaces` of the settings do not matter.
+    pub fn overlap_sphere(&self, sphere: &BoundingSphere, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
+        entities.clear();
+        self.index.tree().visit_sphere(sphere, |entity| {
+            entities.extend(self.accept(entity, settings).map(|_| entity));
+            ControlFlow::Continue(())
+        });
+        entities.sort_unstable();
+    }
+
+    /// The index that is asked.
+    pub fn index(&self) -> &SpatialIndex {
+        &self.index
+    }
+
+    /// The meshes that are hit.
+    pub fn meshes(&self) -> &MeshBvhs {
+        &self.meshes
+    }
+
+    fn blocks(&self, ray: &Ray, settings: &SceneQuerySettings) -> bool {
+        self.index.tree().any_hit(ray, |entity, ray| {
+            self.surface(entity, settings).is_some_and(|surface| {
+                let backfaces = backfaces(surface, settings);
+                self.meshes.any_hit(surface, ray, backfaces)
+            })
+        })
+    }
+
+    /// What is known of an entity, if the settings admit it.
+    fn accept(&self, entity: Entity, settings: &SceneQuerySettings) -> Option<&EntryData> {
+        let data = &self.index.entry(entity)?.data;
+        // Fails for what was despawned or disabled since the index was brought up to date.
+        let view_visibility = self.entities.get(entity).ok()?;
+        let visible = match settings.visibility {
+            QueryVisibility::Any => true,
+            QueryVisibility::Visible => data.visible,
+            QueryVisibility::VisibleInView => view_visibility.is_some_and(|view| view.get()),
+        };
+        let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&data.layers));
+        let admitted = visible
+            && on_layers
+            && !settings.excluded.contains(&entity)
+            && settings.predicate.is_none_or(|predicate| predicate(entity));
+        admitted.then_some(data)
+    }
+
+    fn surface(&self, entity: Entity, settings: &SceneQuerySettings) -> Option<&MeshSurface> {
+        self.accept(entity, settings)?.surface.as_ref()
+    }
+
+    /// Puts what is known of a hit into world space.
+    fn ray_hit(&self, entity: Entity, ray: &Ray, surface: &MeshSurface, hit: &TriangleHit) -> Option<RayHit> {
+        let mesh = self.meshes.triangles(surface.mesh)?;
+        let place = |vertex| surface.world_from_local.transform_point3(vertex);
+        let vertices = mesh.triangle(hit).map(place);
+        Some(RayHit {
+            entity,
+            distance: hit.t,
+            position: ray.at(hit.t).into(),
+            normal: world_normal(mesh, surface, hit, vertices, ray),
+            triangle: Some(HitTriangle {
+                index: hit.triangle,
+                vertices,
+                barycentrics: hit.barycentrics,
+            }),
+            uv: mesh.uv(hit),
+        })
+    }
+}
+
+fn backfaces(surface: &MeshSurface, settings: &SceneQuerySettings) -> Backfaces {
+    settings.backfaces.unwrap_or(surface.backfaces)
+}
+
+/// The unit normal of a hit in world space: normals transform by the inverse transpose (PBRT, 4th edition, §3.10.3).
+fn world_normal(
+    mesh: &TriangleMesh,
+    surface: &MeshSurface,
+    hit: &TriangleHit,
+    [a, b, c]: [Vec3; 3],
+    ray: &Ray,
+) -> Vec3 {
+    let normal = match &surface.local_from_world {
+        Some(local_from_world) => local_from_world.matrix3.transpose() * mesh.normal(hit).normalize_or_zero(),
+        // A flattened mesh has but the normals of its triangles.
+        None => (b - a).cross(c - a),
+    };
+    // Scaled before it is normalised: the scale of the transform may overflow when squared.
+    let unit = Dir3::new(normal / normal.abs().max_element());
+    unit.map_or_else(|_| -Vec3::from(ray.direction()).normalize_or_zero(), Vec3::from)
+}

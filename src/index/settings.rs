@@ -1,0 +1,128 @@
+//! Which entities a query considers.
+
+use std::fmt;
+
+use bevy::{camera::visibility::RenderLayers, ecs::entity::Entity};
+
+use crate::geometry::ray::triangle::Backfaces;
+
+/// Which entities a query considers, by their visibility.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum QueryVisibility {
+    /// All, hidden ones too.
+    Any,
+    /// Those that are not hidden, by their own `Visibility` or an ancestor's. Does not depend on cameras, and so is
+    /// the same on a server.
+    #[default]
+    Visible,
+    /// Those that some camera or light sees, as Bevy's `MeshRayCast` has it by default.
+    VisibleInView,
+}
+
+/// Which entities a [`SceneQuery`](super::SceneQuery) considers, and how far it looks.
+///
+/// By default everything that is not hidden, without limit.
+///
+/// ```
+/// # use bevy::{camera::visibility::RenderLayers, prelude::*};
+/// # use bevy_sightline::prelude::*;
+/// # fn with(guard: Entity, doors: Query<(), With<Name>>) {
+/// let enemies = RenderLayers::layer(2);
+/// let is_door = |entity| doors.contains(entity);
+/// let settings = SceneQuerySettings::default()
+///     .with_max_distance(50.0)
+///     .with_layers(&enemies)
+///     .excluding(&[guard])
+///     .filter(&is_door);
+/// # }
+/// ```
+#[derive(Clone, Copy)]
+pub struct SceneQuerySettings<'a> {
+    /// How far a ray reaches, in world units. Infinite by default.
+    pub max_distance: f32,
+    /// Only entities that share a layer with these; entities without `RenderLayers` are on layer 0. `None`, the
+    /// default, is no restriction.
+    pub layers: Option<&'a RenderLayers>,
+    /// Which entities by their visibility.
+    pub visibility: QueryVisibility,
+    /// Whether rays hit back faces. `None`, the default, leaves it to each entity: see [`crate::index`].
+    pub backfaces: Option<Backfaces>,
+    /// Entities that are passed over. Searched from end to end: for many, use [`predicate`](Self::predicate).
+    pub excluded: &'a [Entity],
+    /// Only entities for which this is true. Asked last, about entities that pass everything else, and before their
+    /// triangles are tested.
+    pub predicate: Option<&'a dyn Fn(Entity) -> bool>,
+}
+
+impl Default for SceneQuerySettings<'_> {
+    fn default() -> Self {
+        Self {
+            max_distance: f32::INFINITY,
+            layers: None,
+            visibility: QueryVisibility::default(),
+            backfaces: None,
+            excluded: &[],
+            predicate: None,
+        }
+    }
+}
+
+impl<'a> SceneQuerySettings<'a> {
+    /// Sets [`max_distance`](Self::max_distance).
+    #[must_use]
+    pub fn with_max_distance(self, max_distance: f32) -> Self {
+        Self { max_distance, ..self }
+    }
+
+    /// Sets [`layers`](Self::layers).
+    #[must_use]
+    pub fn with_layers(self, layers: &'a RenderLayers) -> Self {
+        Self {
+            layers: Some(layers),
+            ..self
+        }
+    }
+
+    /// Sets [`visibility`](Self::visibility).
+    #[must_use]
+    pub fn with_visibility(self, visibility: QueryVisibility) -> Self {
+        Self { visibility, ..self }
+    }
+
+    /// Sets [`backfaces`](Self::backfaces).
+    #[must_use]
+    pub fn with_backfaces(self, backfaces: Backfaces) -> Self {
+        Self {
+            backfaces: Some(backfaces),
+            ..self
+        }
+    }
+
+    /// Sets [`excluded`](Self::excluded).
+    #[must_use]
+    pub fn excluding(self, excluded: &'a [Entity]) -> Self {
+        Self { excluded, ..self }
+    }
+
+    /// Sets [`predicate`](Self::predicate).
+    #[must_use]
+    pub fn filter(self, predicate: &'a dyn Fn(Entity) -> bool) -> Self {
+        Self {
+            predicate: Some(predicate),
+            ..self
+        }
+    }
+}
+
+impl fmt::Debug for SceneQuerySettings<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SceneQuerySettings")
+            .field("max_distance", &self.max_distance)
+            .field("layers", &self.layers)
+            .field("visibility", &self.visibility)
+            .field("backfaces", &self.backfaces)
+            .field("excluded", &self.excluded)
+            .field("predicate", &self.predicate.map(|_| "Fn(Entity) -> bool"))
+            .finish()
+    }
+}

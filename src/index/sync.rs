@@ -1,0 +1,305 @@
+//! The systems that keep the index in step with the world.
+//!
+//! Whatever happens to an entity, it ends in [`Reconciler::reconcile`], which looks at the entity as it is now and
+//! makes the index agree. So every way in has its way out, and no order of changes within a frame matters.
+
+use bevy::{
+    asset::{AssetEvent, AssetId, Assets},
+    camera::{
+        primitives::Aabb,
+        visibility::{InheritedVisibility, RenderLayers},
+    },
+    ecs::{
+        change_detection::{Res, ResMut},
+        entity::{Entity, EntityHashSet},
+        entity_disabling::Disabled,
+        lifecycle::RemovedComponents,
+        message::MessageReader,
+        name::NameOrEntity,
+        query::{Added, Changed, Has, Or, QueryData, With},
+        system::{Local, Query, SystemParam},
+    },
+    math::{Affine3A, bounding::Aabb3d},
+    mesh::{Mesh, Mesh2d, Mesh3d},
+    platform::collections::HashMap,
+    transform::components::GlobalTransform,
+};
+use tracing::warn;
+
+use super::{
+    MeshBvhs, NoSpatialIndex, RayCastBackfaces, Refusal, SimplifiedMesh, SpatialIndex,
+    spatial_index::{EntryData, MeshSurface},
+};
+use crate::geometry::{
+    aabb::{Aabb3dExt, union},
+    ray::triangle::Backfaces,
+};
+
+/// Follows mesh assets that are loaded, modified and removed, and takes over the hierarchies that have been built.
+pub(super) fn follow_mesh_assets(
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    assets: Res<Assets<Mesh>>,
+    mut meshes: ResMut<MeshBvhs>,
+) {
+    for event in events.read() {
+        match *event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => meshes.reload(id, &assets),
+            AssetEvent::Removed { id } | AssetEvent::Unused { id } => meshes.unload(id),
+            AssetEvent::LoadedWithDependencies { .. } => {}
+        }
+    }
+    meshes.collect_built();
+}
+
+/// Everything that the index reads of an entity.
+#[derive(QueryData)]
+pub(super) struct Indexed {
+    name: NameOrEntity,
+    transform: &'static GlobalTransform,
+    aabb: Option<&'static Aabb>,
+    mesh_2d: Option<&'static Mesh2d>,
+    mesh_3d: Option<&'static Mesh3d>,
+    simplified_mesh: Option<&'static SimplifiedMesh>,
+    visibility: Option<&'static InheritedVisibility>,
+    layers: Option<&'static RenderLayers>,
+    has_backfaces: Has<RayCastBackfaces>,
+    is_left_out: Has<NoSpatialIndex>,
+}
+
+/// Any of what the index reads of an entity has changed.
+type AnyChanged = Or<(
+    Changed<GlobalTransform>,
+    Changed<Aabb>,
+    Changed<Mesh2d>,
+    Changed<Mesh3d>,
+    Changed<SimplifiedMesh>,
+    Changed<InheritedVisibility>,
+    Changed<RenderLayers>,
+    Changed<RayCastBackfaces>,
+    Added<NoSpatialIndex>,
+)>;
+
+/// An entity could be in the index.
+type HasBounds = Or<(With<Aabb>, With<Mesh2d>, With<Mesh3d>, With<SimplifiedMesh>)>;
+
+/// What the index reads of an entity was taken away, or the whole entity.
+#[derive(SystemParam)]
+pub(super) struct Removed<'w, 's> {
+    transform: RemovedComponents<'w, 's, GlobalTransform>,
+    aabb: RemovedComponents<'w, 's, Aabb>,
+    mesh_2d: RemovedComponents<'w, 's, Mesh2d>,
+    mesh_3d: RemovedComponents<'w, 's, Mesh3d>,
+    simplified_mesh: RemovedComponents<'w, 's, SimplifiedMesh>,
+    visibility: RemovedComponents<'w, 's, InheritedVisibility>,
+    layers: RemovedComponents<'w, 's, RenderLayers>,
+    backfaces: RemovedComponents<'w, 's, RayCastBackfaces>,
+    no_spatial_index: RemovedComponents<'w, 's, NoSpatialIndex>,
+    disabled: RemovedComponents<'w, 's, Disabled>,
+}
+
+impl Removed<'_, '_> {
+    fn read(&mut self) -> impl Iterator<Item = Entity> + '_ {
+        (self.transform.read())
+            .chain(self.aabb.read())
+            .chain(self.mesh_2d.read())
+            .chain(self.mesh_3d.read())
+            .chain(self.simplified_mesh.read())
+            .chain(self.visibility.read())
+            .chain(self.layers.read())
+            .chain(self.backfaces.read())
+            .chain(self.no_spatial_index.read())
+            .chain(self.disabled.read())
+    }
+}
+
+/// What [`follow_entities`] keeps from frame to frame.
+#[derive(Default)]
+pub(super) struct Memory {
+    /// The entities whose box comes from a mesh asset rather than from an `Aabb`, or would if it were loaded. May
+    /// hold some that once were so.
+    bounded_by_mesh: HashMap<AssetId<Mesh>, EntityHashSet>,
+    /// Buffers, kept for their memory.
+    dirty: Vec<Entity>,
+    new: Vec<(Entity, Aabb3d, EntryData)>,
+}
+
+/// Brings the index up to date with every entity that has changed in any way that matters.
+pub(super) fn follow_entities(
+    changed: Query<Entity, (HasBounds, AnyChanged)>,
+    disabled: Query<Entity, (With<Disabled>, Added<Disabled>)>,
+    mut removed: Removed,
+    entities: Query<Indexed>,
+    assets: Option<Res<Assets<Mesh>>>,
+    mut meshes: ResMut<MeshBvhs>,
+    mut index: ResMut<SpatialIndex>,
+    mut memory: Local<Memory>,
+) {
+    let Memory {
+        bounded_by_mesh,
+        dirty,
+        new,
+    } = &mut *memory;
+    dirty.extend(&changed);
+    let changed_alone = dirty.len();
+    dirty.extend(&disabled);
+    dirty.extend(removed.read());
+    for mesh in meshes.drain_changed() {
+        // Those of whom it is still true come back when they are reconciled.
+        dirty.extend(bounded_by_mesh.remove(&mesh).into_iter().flatten());
+    }
+    if dirty.len() > changed_alone {
+        // One entity may be in several lists.
+        dirty.sort_unstable();
+        dirty.dedup();
+    }
+
+    let mut reconciler = Reconciler {
+        assets: assets.as_deref(),
+        meshes: &mut meshes,
+        index: &mut index,
+        bounded_by_mesh,
+        new,
+    };
+    for entity in dirty.drain(..) {
+        reconciler.reconcile(entity, entities.get(entity).ok());
+    }
+    if !new.is_empty() {
+        index.insert_many(new);
+    }
+}
+
+/// Makes the index agree with one entity at a time.
+struct Reconciler<'a> {
+    assets: Option<&'a Assets<Mesh>>,
+    meshes: &'a mut MeshBvhs,
+    index: &'a mut SpatialIndex,
+    bounded_by_mesh: &'a mut HashMap<AssetId<Mesh>, EntityHashSet>,
+    /// Entities to be inserted together.
+    new: &'a mut Vec<(Entity, Aabb3d, EntryData)>,
+}
+
+impl Reconciler<'_> {
+    /// Makes the index agree with `entity`, which is gone, disabled or without a place in the world if there is no
+    /// `item`.
+    fn reconcile(&mut self, entity: Entity, item: Option<IndexedItem>) {
+        let old_mesh = self.index.mesh(entity);
+        let item = item.filter(|item| !item.is_left_out);
+        let mesh = item.as_ref().and_then(pick_mesh);
+        if let Some(mesh) = mesh
+            && Some(mesh) != old_mesh
+        {
+            self.meshes.acquire(mesh, entity, self.assets);
+        }
+
+        let state = item.as_ref().map_or(Ok(None), |item| self.state(entity, item, mesh));
+        let refusal = state.as_ref().err().copied();
+        if self.index.set_refused(entity, refusal)
+            && let (Some(why), Some(item)) = (refusal, &item)
+        {
+            warn!("{} ({entity}) is left out of the spatial index: {why}", item.name);
+        }
+
+        let stays = match state.ok().flatten() {
+            Some((aabb, data)) => {
+                if self.index.contains(entity) {
+                    self.index.update(entity, aabb, data);
+                } else {
+                    self.new.push((entity, aabb, data));
+                }
+                true
+            }
+            None => {
+                self.index.remove(entity);
+                false
+            }
+        };
+
+        // The mesh has been acquired once more if it is another one, and is kept by an entity that stays.
+        let unused = if stays {
+            old_mesh.filter(|_| mesh != old_mesh)
+        } else {
+            old_mesh
+        };
+        let not_kept = if stays { None } else { mesh.filter(|_| mesh != old_mesh) };
+        for mesh in unused.into_iter().chain(not_kept) {
+            self.meshes.release(mesh);
+        }
+    }
+
+    /// What the index should hold for an entity: `None` if the entity has no bounds, or none yet.
+    fn state(
+        &mut self,
+        entity: Entity,
+        item: &IndexedItem,
+        mesh: Option<AssetId<Mesh>>,
+    ) -> Result<Option<(Aabb3d, EntryData)>, Refusal> {
+        let world_from_local = item.transform.affine();
+        if !world_from_local.is_finite() {
+            return Err(Refusal::Transform);
+        }
+        let Some(local) = self.local_bounds(entity, item, mesh)? else {
+            return Ok(None);
+        };
+        let world = local.transformed_by_affine(&world_from_local);
+        if !world.is_sound() {
+            return Err(Refusal::WorldBounds);
+        }
+        let surface = mesh.map(|mesh| MeshSurface {
+            mesh,
+            world_from_local,
+            local_from_world: inverse(&world_from_local),
+            backfaces: if item.has_backfaces || item.mesh_2d.is_some() {
+                Backfaces::Include
+            } else {
+                Backfaces::Cull
+            },
+        });
+        let data = EntryData {
+            surface,
+            layers: item.layers.cloned().unwrap_or_default(),
+            visible: item.visibility.is_none_or(|visibility| visibility.get()),
+        };
+        Ok(Some((world, data)))
+    }
+
+    /// The local box of an entity: its `Aabb`, with the box of a simplified mesh, which may stick out; without an
+    /// `Aabb`, the box of its mesh.
+    fn local_bounds(
+        &mut self,
+        entity: Entity,
+        item: &IndexedItem,
+        mesh: Option<AssetId<Mesh>>,
+    ) -> Result<Option<Aabb3d>, Refusal> {
+        let own = item.aabb.map(|aabb| Aabb3d {
+            min: aabb.center - aabb.half_extents,
+            max: aabb.center + aabb.half_extents,
+        });
+        if own.is_some_and(|own| !own.is_sound()) {
+            return Err(Refusal::Bounds);
+        }
+        let asks_mesh = own.is_none() || item.simplified_mesh.is_some();
+        let of_mesh = mesh.filter(|_| asks_mesh).and_then(|mesh| {
+            self.bounded_by_mesh.entry(mesh).or_default().insert(entity);
+            self.meshes.aabb(mesh)
+        });
+        Ok(match (own, of_mesh) {
+            (Some(own), Some(of_mesh)) => Some(union(&own, &of_mesh)),
+            (own, of_mesh) => own.or(of_mesh),
+        })
+    }
+}
+
+/// The mesh that rays hit.
+fn pick_mesh(item: &IndexedItem) -> Option<AssetId<Mesh>> {
+    let simplified = item.simplified_mesh.map(|mesh| mesh.0.id());
+    simplified
+        .or(item.mesh_3d.map(|mesh| mesh.0.id()))
+        .or(item.mesh_2d.map(|mesh| mesh.0.id()))
+}
+
+/// The inverse of `transform`, or `None` if it has none: if the transform is flat. In double precision, in which the
+/// determinant of the smallest scale that `f32` can hold does not vanish.
+fn inverse(transform: &Affine3A) -> Option<Affine3A> {
+    let inverse = transform.as_daffine3().inverse().as_affine3a();
+    inverse.is_finite().then_some(inverse)
+}

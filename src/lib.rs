@@ -1,0 +1,65 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Architecture
+//!
+//! Arrows point downward only: what is below knows nothing of what is above.
+//!
+//! ```text
+//!      picking                   ECS plugins
+//!         |
+//!       index      SpatialIndexPlugin, SceneQuery
+//!         |   \
+//!         |   mesh               a bounding volume hierarchy over the triangles of each mesh
+//!         |   /
+//!      spatial                   structures over boxes, generic over a key
+//!         |
+//!     geometry                   boxes, rays, triangles
+//!         |
+//!   bevy_math, glam
+//! ```
+//!
+//! # One frame
+//!
+//! ```text
+//! PreUpdate    PickingSystems::Backend       pointers' rays → index, as of the last PostUpdate → PointerHits
+//! Update       the game                      SceneQuery, as of the last PostUpdate
+//! PostUpdate   TransformSystems::Propagate   Bevy writes GlobalTransform
+//!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
+//!              SpatialIndexSystems::Sync     what changed → meshes, leaves
+//! ```
+
+pub mod geometry;
+pub mod index;
+pub mod mesh;
+#[cfg(feature = "picking")]
+pub mod picking;
+pub mod spatial;
+
+use bevy::app::{PluginGroup, PluginGroupBuilder};
+
+/// What most programs need: `use bevy_sightline::prelude::*;`.
+pub mod prelude {
+    pub use crate::{
+        SightlinePlugins,
+        index::{
+            HitTriangle, NoSpatialIndex, QueryVisibility, RayHit, SceneQuery, SceneQuerySettings, SpatialIndex,
+            SpatialIndexPlugin, SpatialIndexSystems,
+        },
+    };
+
+    #[cfg(feature = "picking")]
+    pub use crate::picking::SpatialPickingPlugin;
+}
+
+/// All plugins of this crate that the enabled features offer.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SightlinePlugins;
+
+impl PluginGroup for SightlinePlugins {
+    fn build(self) -> PluginGroupBuilder {
+        let group = PluginGroupBuilder::start::<Self>().add(index::SpatialIndexPlugin);
+        #[cfg(feature = "picking")]
+        let group = group.add(picking::SpatialPickingPlugin);
+        group
+    }
+}

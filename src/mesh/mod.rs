@@ -1,0 +1,9 @@
+//! Exact hits on triangle meshes: their triangles, and a bounding volume hierarchy over them.
+//!
+//! Knows Bevy's [`Mesh`](bevy::mesh::Mesh) and nothing else of Bevy. Everything is in the local space of the mesh.
+
+pub mod bvh;
+pub mod triangles;
+
+pub use bvh::MeshBvh;
+pub use triangles::{TriangleHit, TriangleMesh, UnusableMesh};

@@ -1,0 +1,294 @@
+//! The triangles of a mesh, whichever way the mesh stores them.
+
+use std::ops::{Add, Mul};
+
+use bevy::{
+    math::{Vec2, Vec3, Vec3A, bounding::Aabb3d},
+    mesh::{Indices, Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues, VertexFormat},
+};
+
+use crate::geometry::{
+    aabb::Aabb3dExt,
+    ray::{
+        Ray,
+        triangle::{Backfaces, TriangleIntersection, TriangleRay},
+    },
+};
+
+/// A hit on one triangle of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    /// The parameter of the ray.
+    pub t: f32,
+    /// The number of the triangle in the mesh: in a list `index / 3` of its first index, in a strip that of its first
+    /// index.
+    pub triangle: u32,
+    /// The weights of the three vertices.
+    pub barycentrics: Vec3,
+    /// Where a [`TriangleMesh`] keeps the triangle, which need not be in the order of the mesh.
+    pub(super) slot: u32,
+}
+
+/// Why a mesh has no triangles to hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+pub enum UnusableMesh {
+    /// Lines and points have no surface.
+    #[error("its topology is {0:?}, which has no surface to hit")]
+    Topology(PrimitiveTopology),
+    /// The vertex data live on the GPU alone.
+    #[error("its data were moved to the render world; create it with `RenderAssetUsages::MAIN_WORLD`")]
+    NotInMainWorld,
+    /// There is no position attribute.
+    #[error("it has no vertex positions")]
+    NoPositions,
+    /// The positions are not three floats.
+    #[error("its vertex positions are {0:?}, not Float32x3")]
+    PositionFormat(VertexFormat),
+    /// Every triangle, if there is any, has indices out of range or positions that are NaN or infinite.
+    #[error("it has no triangle with finite positions and indices in range")]
+    NoTriangles,
+}
+
+/// The triangles of a mesh with what a hit reports of them: a copy of the data of the mesh.
+#[derive(Clone, Debug)]
+pub struct TriangleMesh {
+    positions: Vec<Vec3>,
+    /// Empty if the mesh has none.
+    normals: Vec<[f32; 3]>,
+    /// Empty if the mesh has none.
+    uvs: Vec<[f32; 2]>,
+    triangles: Vec<Triangle>,
+    /// The box around all triangles.
+    aabb: Aabb3d,
+    /// How many triangles were left out.
+    left_out: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    vertices: [u32; 3],
+    /// Its number in the mesh.
+    number: u32,
+}
+
+impl TriangleMesh {
+    /// Copies the triangles of `mesh`: lists and strips, with 16-bit, 32-bit and no indices.
+    ///
+    /// Leaves out triangles with indices out of range and with positions that are NaN or infinite, and an incomplete
+    /// triangle at the end of a list. In a strip, the largest index restarts.
+    ///
+    /// # Errors
+    ///
+    /// If nothing is left that could be hit.
+    pub fn from_mesh(mesh: &Mesh) -> Result<Self, UnusableMesh> {
+        let topology = mesh.primitive_topology();
+        if !matches!(
+            topology,
+            PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip
+        ) {
+            return Err(UnusableMesh::Topology(topology));
+        }
+        let values = match mesh.try_attribute(Mesh::ATTRIBUTE_POSITION) {
+            Ok(values) => values,
+            Err(MeshAccessError::ExtractedToRenderWorld) => {
+                return Err(UnusableMesh::NotInMainWorld);
+            }
+            Err(MeshAccessError::NotFound) => return Err(UnusableMesh::NoPositions),
+        };
+        let positions = values.as_float3().ok_or(UnusableMesh::PositionFormat(values.into()))?;
+
+        let vertices: Vec<[u32; 3]> = match (mesh.try_indices_option().ok().flatten(), topology) {
+            (None, PrimitiveTopology::TriangleStrip) => strip(0..positions.len() as u32, None),
+            (None, _) => list(0..positions.len() as u32),
+            (Some(Indices::U16(indices)), PrimitiveTopology::TriangleStrip) => {
+                strip(indices.iter().map(|&i| i.into()), Some(u16::MAX.into()))
+            }
+            (Some(Indices::U32(indices)), PrimitiveTopology::TriangleStrip) => {
+                strip(indices.iter().copied(), Some(u32::MAX))
+            }
+            (Some(Indices::U16(indices)), _) => list(indices.iter().map(|&i| i.into())),
+            (Some(Indices::U32(indices)), _) => list(indices.iter().copied()),
+        };
+
+        let is_sound = |[a, b, c]: &[u32; 3]| {
+            [a, b, c]
+                .into_iter()
+                .all(|&i| positions.get(i as usize).is_some_and(|p| Vec3::from(*p).is_finite()))
+        };
+        let all = vertices.len();
+        let triangles: Vec<Triangle> = (0..)
+            .zip(vertices)
+            .filter(|(_, vertices)| is_sound(vertices))
+            .map(|(number, vertices)| Triangle { vertices, number })
+            .collect();
+        let corners = triangles
+            .iter()
+            .flat_map(|triangle| triangle.vertices)
+            .map(|vertex| Vec3A::from_array(positions[vertex as usize]));
+        let aabb = Aabb3d::enclosing(corners).ok_or(UnusableMesh::NoTriangles)?;
+        Ok(Self {
+            positions: positions.iter().map(|&p| p.into()).collect(),
+            normals: match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
+                Ok(VertexAttributeValues::Float32x3(normals)) => normals.clone(),
+                _ => Vec::new(),
+            },
+            uvs: match mesh.try_attribute(Mesh::ATTRIBUTE_UV_0) {
+                Ok(VertexAttributeValues::Float32x2(uvs)) => uvs.clone(),
+                _ => Vec::new(),
+            },
+            aabb,
+            left_out: all - triangles.len(),
+            triangles,
+        })
+    }
+
+    /// The number of triangles.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Whether there are no triangles. Never true of a mesh from [`TriangleMesh::from_mesh`].
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// How many triangles of the mesh were left out because they cannot be hit.
+    pub fn left_out(&self) -> usize {
+        self.left_out
+    }
+
+    /// The box around all triangles.
+    pub fn aabb(&self) -> Aabb3d {
+        self.aabb
+    }
+
+    /// The nearest hit, found by a test of every triangle. Of triangles at one parameter the one with the smallest
+    /// number wins.
+    pub fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<TriangleHit> {
+        self.closest_hit_of(ray, backfaces, |corner| corner)
+    }
+
+    /// The same with every corner moved by `place` first: for transforms without an inverse, under which the ray
+    /// cannot be taken to the mesh.
+    pub fn closest_hit_of(
+        &self,
+        ray: &Ray,
+        backfaces: Backfaces,
+        place: impl Fn(Vec3A) -> Vec3A,
+    ) -> Option<TriangleHit> {
+        let triangle_ray = TriangleRay::new(ray);
+        let mut closest: Option<TriangleHit> = None;
+        for slot in 0..self.len() as u32 {
+            let t_max = closest.map_or(ray.t_max(), |hit| hit.t);
+            let corners = self.corners(slot).map(&place);
+            if let Some(hit) = triangle_ray.triangle_intersection(corners, t_max, backfaces) {
+                closest = nearer(closest, self.hit(slot, hit));
+            }
+        }
+        closest
+    }
+
+    /// The corners of the triangle that was hit.
+    pub fn triangle(&self, hit: &TriangleHit) -> [Vec3; 3] {
+        self.corners(hit.slot).map(Vec3::from)
+    }
+
+    /// The normal at the hit: interpolated from the vertices, of any length; without vertex normals, that of the
+    /// triangle.
+    pub fn normal(&self, hit: &TriangleHit) -> Vec3 {
+        let interpolated: Option<Vec3> = self
+            .attribute(&self.normals, hit)
+            .map(|normals| interpolate(hit.barycentrics, normals.map(Vec3::from)));
+        match interpolated {
+            Some(normal) if normal.is_finite() && normal != Vec3::ZERO => normal,
+            _ => {
+                let [a, b, c] = self.triangle(hit);
+                // Scaled first, so that the product of tiny sides does not underflow.
+                let (ab, ac) = (b - a, c - a);
+                let longest = ab.abs().max(ac.abs()).max_element();
+                (ab / longest).cross(ac / longest)
+            }
+        }
+    }
+
+    /// The texture coordinates at the hit, if the mesh has any.
+    pub fn uv(&self, hit: &TriangleHit) -> Option<Vec2> {
+        let uvs = self.attribute(&self.uvs, hit)?;
+        Some(interpolate(hit.barycentrics, uvs.map(Vec2::from)))
+    }
+
+    /// The values of a vertex attribute at the corners of the triangle that was hit.
+    fn attribute<T: Copy>(&self, values: &[T], hit: &TriangleHit) -> Option<[T; 3]> {
+        let [a, b, c] = self.triangles[hit.slot as usize].vertices;
+        Some([
+            *values.get(a as usize)?,
+            *values.get(b as usize)?,
+            *values.get(c as usize)?,
+        ])
+    }
+
+    #[inline]
+    pub(super) fn corners(&self, slot: u32) -> [Vec3A; 3] {
+        self.triangles[slot as usize]
+            .vertices
+            .map(|vertex| self.positions[vertex as usize].into())
+    }
+
+    #[inline]
+    pub(super) fn hit(&self, slot: u32, hit: TriangleIntersection) -> TriangleHit {
+        TriangleHit {
+            t: hit.t,
+            triangle: self.triangles[slot as usize].number,
+            barycentrics: hit.barycentrics,
+            slot,
+        }
+    }
+
+    /// This mesh with its triangles in another order of slots: the new slot `i` holds the old slot `order[i]`.
+    pub(super) fn reordered(&self, order: impl Iterator<Item = u32>) -> Self {
+        Self {
+            triangles: order.map(|slot| self.triangles[slot as usize]).collect(),
+            ..self.clone()
+        }
+    }
+}
+
+/// The nearer of two hits; of two at the same parameter, the triangle with the smaller number.
+#[inline]
+pub(super) fn nearer(best: Option<TriangleHit>, hit: TriangleHit) -> Option<TriangleHit> {
+    match best {
+        Some(best) if (best.t, best.triangle) <= (hit.t, hit.triangle) => Some(best),
+        _ => Some(hit),
+    }
+}
+
+fn list(indices: impl Iterator<Item = u32>) -> Vec<[u32; 3]> {
+    let mut indices = indices;
+    std::iter::from_fn(|| Some([indices.next()?, indices.next()?, indices.next()?])).collect()
+}
+
+/// The triangles of a strip: every second one is turned round, so that all face one way.
+fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<[u32; 3]> {
+    let indices: Vec<u32> = indices.collect();
+    let mut since_restart = 0;
+    indices
+        .windows(3)
+        .map(|window| {
+            let &[a, b, c] = window else {
+                unreachable!("windows of three")
+            };
+            if window.iter().any(|index| Some(*index) == restart) {
+                since_restart = 0;
+                // Kept, to be left out with the other bad indices, so that the numbers of the others stay right.
+                return [u32::MAX; 3];
+            }
+            since_restart += 1;
+            if since_restart % 2 == 1 { [a, b, c] } else { [b, a, c] }
+        })
+        .collect()
+}
+
+/// The sum of three values, each weighted by a barycentric coordinate.
+fn interpolate<T: Mul<f32, Output = T> + Add<Output = T>>(weights: Vec3, [a, b, c]: [T; 3]) -> T {
+    a * weights.x + b * weights.y + c * weights.z
+}

@@ -1,0 +1,30 @@
+//! Spatial structures over boxes, without an ECS: generic over a small `Copy` key, all answering one trait.
+//!
+//! | structure | build | update | queries | for |
+//! |---|---|---|---|---|
+//! | [`AabbTree`] | binned SAH, O(n log n) | O(log n) each, none inside the margin | O(log n + hits) | everything that moves, of any size |
+//! | [`BruteForce`] | none | O(1) | O(n) | the oracle of the tests, and a handful of boxes |
+//!
+//! A structure stores boxes and keys, and knows nothing about what is inside a box: the caller's closure decides
+//! whether a key whose box was met is a hit, and what a hit is. See [`SpatialQueries`].
+
+pub mod aabb_tree;
+pub(crate) mod binned_sah;
+pub mod brute_force;
+pub mod query;
+
+pub use aabb_tree::{AabbTree, LeafId};
+pub use brute_force::BruteForce;
+pub use query::{RayVisit, SpatialQueries};
+
+use bevy::math::bounding::Aabb3d;
+
+/// A box that no structure stores: NaN or infinite, or with a minimum above its maximum.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("not a sound box, its bounds must be finite and in order: {0:?}")]
+pub struct UnsoundBox(pub Aabb3d);
+
+/// A leaf that is not, or no longer, in the structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no such leaf: it was removed, or belongs to another structure")]
+pub struct NoSuchLeaf;

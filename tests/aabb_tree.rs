@@ -1,0 +1,356 @@
+//! The tree answers as the oracle does, whatever is done to it.
+
+use std::ops::ControlFlow;
+
+use bevy::math::{
+    Vec3, Vec3A,
+    bounding::{Aabb3d, BoundingSphere},
+};
+use bevy_sightline::{
+    geometry::ray::Ray,
+    spatial::{AabbTree, BruteForce, LeafId, NoSuchLeaf, RayVisit, SpatialQueries},
+};
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::common::{random_dir, random_point, rng};
+
+type Tree = AabbTree<u32>;
+type Oracle = BruteForce<u32>;
+
+fn cube(center: Vec3, half_size: f32) -> Aabb3d {
+    Aabb3d::new(center, Vec3::splat(half_size))
+}
+
+/// A box in the cube ±100: most of moderate size, some points, some flat, some huge.
+fn random_box(rng: &mut ChaCha8Rng) -> Aabb3d {
+    let half_size = match rng.random_range(0..10) {
+        0 => Vec3::ZERO,
+        1 => Vec3::new(5.0, 0.0, 5.0),
+        2 => Vec3::splat(rng.random_range(20.0..60.0)),
+        _ => random_point(rng, 4.0).abs(),
+    };
+    Aabb3d::new(random_point(rng, 100.0), half_size)
+}
+
+fn random_ray(rng: &mut ChaCha8Rng) -> Ray {
+    let t_max = if rng.random() { f32::INFINITY } else { rng.random_range(0.0..200.0) };
+    let direction = if rng.random_bool(0.2) { Vec3::AXES[rng.random_range(0..3)] } else { *random_dir(rng) };
+    Ray::new(random_point(rng, 120.0), direction, t_max).expect("a sound ray")
+}
+
+/// All answers of a structure to one set of questions.
+#[derive(Debug, PartialEq)]
+struct Answers {
+    closest: Option<(u32, f32)>,
+    any: bool,
+    along_ray: Vec<u32>,
+    in_box: Vec<u32>,
+    in_sphere: Vec<u32>,
+}
+
+fn answers(structure: &impl SpatialQueries<u32>, ray: &Ray, aabb: &Aabb3d, sphere: &BoundingSphere, boxes: &impl Fn(u32) -> Aabb3d) -> Answers {
+    let enter = |key: u32, ray: &Ray| ray.aabb_intersection_at(&boxes(key)).map(|t| (t, ()));
+    let mut along_ray = Vec::new();
+    structure.visit_ray(ray, |key, _| {
+        along_ray.push(key);
+        RayVisit::Continue
+    });
+    let mut in_box = Vec::new();
+    structure.visit_aabb(aabb, |key| {
+        in_box.push(key);
+        ControlFlow::Continue(())
+    });
+    let mut in_sphere = Vec::new();
+    structure.visit_sphere(sphere, |key| {
+        in_sphere.push(key);
+        ControlFlow::Continue(())
+    });
+    for keys in [&mut along_ray, &mut in_box, &mut in_sphere] {
+        keys.sort_unstable();
+    }
+    Answers {
+        closest: structure.closest_hit(ray, enter).map(|(key, t, ())| (key, t)),
+        any: structure.any_hit(ray, |key, ray| enter(key, ray).is_some()),
+        along_ray,
+        in_box,
+        in_sphere,
+    }
+}
+
+fn assert_same_answers(tree: &Tree, oracle: &Oracle, leaves: &[(u32, LeafId)], rng: &mut ChaCha8Rng) {
+    let (ray, aabb) = (random_ray(rng), random_box(rng));
+    let sphere = BoundingSphere::new(random_point(rng, 120.0), rng.random_range(0.0..40.0));
+    let boxes = |key: u32| {
+        let (_, leaf) = leaves.iter().find(|(k, _)| *k == key).expect("a key that was given");
+        tree.aabb(*leaf).expect("a live leaf")
+    };
+    assert_eq!(answers(tree, &ray, &aabb, &sphere, &boxes), answers(oracle, &ray, &aabb, &sphere, &boxes));
+    assert_eq!(tree.len(), oracle.len());
+}
+
+#[test]
+fn agrees_with_brute_force_under_100_000_random_operations() {
+    let mut rng = rng(10);
+    let mut tree = Tree::default();
+    let mut oracle = Oracle::new();
+    let mut leaves: Vec<(u32, LeafId)> = Vec::new();
+    for operation in 0..100_000_u32 {
+        let growth = if (operation / 5_000) % 2 == 0 { 45 } else { 20 };
+        match rng.random_range(0..100) {
+            choice if choice < growth || leaves.is_empty() => {
+                let aabb = random_box(&mut rng);
+                leaves.push((operation, tree.insert(operation, aabb).expect("a sound box")));
+                oracle.set(operation, aabb).expect("a sound box");
+            }
+            choice if choice < 65 => {
+                let (key, leaf) = leaves.swap_remove(rng.random_range(0..leaves.len()));
+                assert_eq!(tree.remove(leaf), Ok(key));
+                assert!(oracle.remove(key).is_some());
+            }
+            _ => {
+                let (key, leaf) = leaves[rng.random_range(0..leaves.len())];
+                let old = tree.aabb(leaf).expect("a live leaf");
+                // Some drift, some teleport.
+                let offset = Vec3A::from(random_point(&mut rng, 0.3));
+                let aabb = if rng.random_bool(0.7) {
+                    Aabb3d { min: old.min + offset, max: old.max + offset }
+                } else {
+                    random_box(&mut rng)
+                };
+                tree.update(leaf, aabb).expect("a sound box");
+                oracle.set(key, aabb).expect("a sound box");
+            }
+        }
+        // Keep the oracle fast.
+        if leaves.len() > 600 {
+            for (key, leaf) in leaves.drain(300..) {
+                tree.remove(leaf).expect("a live leaf");
+                oracle.remove(key).expect("a stored key");
+            }
+        }
+        if operation % 20 == 0 {
+            assert_same_answers(&tree, &oracle, &leaves, &mut rng);
+        }
+        if operation % 100 == 0 {
+            tree.validate().expect("a whole tree");
+        }
+    }
+}
+
+#[test]
+fn a_tree_built_at_once_agrees_with_brute_force() {
+    let mut rng = rng(11);
+    for n in [0, 1, 2, 3, 5, 17, 1000] {
+        let boxes: Vec<(u32, Aabb3d)> = (0..n).map(|key| (key, random_box(&mut rng))).collect();
+        let mut tree = Tree::default();
+        let leaves: Vec<(u32, LeafId)> = (0..n).zip(tree.insert_many(boxes.iter().copied()).into_iter().map(|leaf| leaf.expect("sound"))).collect();
+        let mut oracle = Oracle::new();
+        for (key, aabb) in &boxes {
+            oracle.set(*key, *aabb).expect("a sound box");
+        }
+        tree.validate().expect("a whole tree");
+        for _ in 0..200 {
+            assert_same_answers(&tree, &oracle, &leaves, &mut rng);
+        }
+    }
+}
+
+#[test]
+fn a_rebuilt_tree_keeps_its_leaves() {
+    let mut rng = rng(12);
+    let mut tree = Tree::default();
+    let leaves: Vec<LeafId> = (0..500).map(|key| tree.insert(key, random_box(&mut rng)).expect("sound")).collect();
+    for leaf in leaves.iter().step_by(3) {
+        tree.remove(*leaf).expect("a live leaf");
+    }
+    let before = tree.sah_cost();
+    tree.rebuild();
+    tree.validate().expect("a whole tree");
+    for (key, leaf) in leaves.iter().enumerate() {
+        assert_eq!(tree.key(*leaf), (key % 3 != 0).then_some(key as u32));
+    }
+    assert!(tree.sah_cost() <= before * 1.1, "rebuilding made it worse: {before} to {}", tree.sah_cost());
+}
+
+#[test]
+fn many_leaves_join_a_tree_that_is_not_empty() {
+    let mut rng = rng(13);
+    for (present, added) in [(10, 1000), (1000, 10)] {
+        let mut tree = Tree::default();
+        for key in 0..present {
+            tree.insert(key, random_box(&mut rng)).expect("sound");
+        }
+        let new: Vec<(u32, Aabb3d)> = (present..present + added).map(|key| (key, random_box(&mut rng))).collect();
+        tree.insert_many(new);
+        tree.validate().expect("a whole tree");
+        assert_eq!(tree.len() as u32, present + added);
+    }
+}
+
+#[test]
+fn an_empty_tree_answers_everything_with_nothing() {
+    let tree = Tree::default();
+    let everywhere = cube(Vec3::ZERO, 1e6);
+    let ray = Ray::segment(Vec3::ZERO, Vec3::X).expect("two points");
+    assert!(tree.is_empty());
+    assert_eq!(tree.bounds(), None);
+    assert_eq!(tree.closest_hit(&ray, |_, _| Some((0.0, ()))), None);
+    tree.visit_aabb(&everywhere, |_| panic!("nothing to visit"));
+    tree.visit_sphere(&BoundingSphere::new(Vec3::ZERO, 1e6), |_| panic!("nothing to visit"));
+    assert_eq!(tree.validate(), Ok(()));
+}
+
+#[test]
+fn unsound_boxes_are_refused_and_nothing_changes() {
+    let mut tree = Tree::default();
+    let good = cube(Vec3::ZERO, 1.0);
+    let leaf = tree.insert(7, good).expect("a sound box");
+    let nan = Aabb3d { min: Vec3A::NAN, max: Vec3A::ONE };
+    let infinite = Aabb3d { min: Vec3A::splat(f32::NEG_INFINITY), max: Vec3A::ONE };
+    let inverted = Aabb3d { min: Vec3A::ONE, max: Vec3A::ZERO };
+    for bad in [nan, infinite, inverted] {
+        assert!(tree.insert(8, bad).is_err());
+        assert!(tree.update(leaf, bad).is_err());
+        assert!(tree.insert_many([(9, bad)])[0].is_err());
+    }
+    assert_eq!(tree.len(), 1);
+    assert_eq!(tree.aabb(leaf), Some(good));
+    assert_eq!(tree.validate(), Ok(()));
+}
+
+#[test]
+fn removing_a_leaf_twice_is_an_error() {
+    let mut tree = Tree::default();
+    let leaf = tree.insert(7, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+    assert_eq!(tree.remove(leaf), Ok(7));
+    assert_eq!(tree.remove(leaf), Err(NoSuchLeaf));
+    assert!(tree.update(leaf, cube(Vec3::ZERO, 1.0)).is_err());
+}
+
+#[test]
+fn the_id_of_a_removed_leaf_does_not_name_the_next_one() {
+    let mut tree = Tree::default();
+    let old = tree.insert(7, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+    tree.remove(old).expect("a live leaf");
+    let new = tree.insert(8, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+    assert_ne!(old, new);
+    assert_eq!(tree.key(old), None);
+    assert_eq!(tree.key(new), Some(8));
+}
+
+#[test]
+fn clearing_invalidates_all_leaves() {
+    let mut tree = Tree::default();
+    let leaf = tree.insert(7, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+    tree.clear();
+    assert!(tree.is_empty());
+    assert_eq!(tree.remove(leaf), Err(NoSuchLeaf));
+    assert_eq!(tree.validate(), Ok(()));
+    assert!(tree.insert(8, cube(Vec3::ZERO, 1.0)).is_ok());
+}
+
+#[test]
+fn a_leaf_that_moves_within_its_margin_is_still_found_by_its_exact_box() {
+    let mut tree = Tree::new(1.0);
+    let leaf = tree.insert(1, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+    for step in 1..100 {
+        let center = Vec3::X * (step as f32 * 0.1);
+        tree.update(leaf, cube(center, 1.0)).expect("a sound box");
+        let mut found = Vec::new();
+        let beside = cube(center + Vec3::X * 1.5, 0.49);
+        tree.visit_aabb(&beside, |key| {
+            found.push(key);
+            ControlFlow::Continue(())
+        });
+        assert!(found.is_empty(), "the margin shows at step {step}");
+        assert_eq!(tree.aabb(leaf), Some(cube(center, 1.0)));
+    }
+    assert_eq!(tree.validate(), Ok(()));
+}
+
+#[test]
+fn a_leaf_that_shrinks_is_fitted_again() {
+    let mut tree = Tree::default();
+    let leaf = tree.insert(1, cube(Vec3::ZERO, 1000.0)).expect("a sound box");
+    tree.update(leaf, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+    let bounds = tree.bounds().expect("one leaf");
+    assert!(bounds.max.max_element() < 2.0, "{bounds:?}");
+}
+
+#[test]
+fn coincident_boxes_are_all_found() {
+    let mut tree = Tree::default();
+    for key in 0..1000 {
+        tree.insert(key, cube(Vec3::ONE, 1.0)).expect("a sound box");
+    }
+    tree.validate().expect("a whole tree");
+    tree.rebuild();
+    tree.validate().expect("a whole tree");
+    let mut found = 0;
+    tree.visit_aabb(&cube(Vec3::ONE, 0.1), |_| {
+        found += 1;
+        ControlFlow::Continue(())
+    });
+    assert_eq!(found, 1000);
+}
+
+#[test]
+fn boxes_of_wildly_different_sizes_are_found() {
+    let mut rng = rng(14);
+    let mut tree = Tree::default();
+    let mut oracle = Oracle::new();
+    let mut leaves = Vec::new();
+    for key in 0..300 {
+        let size = 10.0_f32.powi(rng.random_range(-30..30));
+        let aabb = cube(random_point(&mut rng, size), size);
+        leaves.push((key, tree.insert(key, aabb).expect("a sound box")));
+        oracle.set(key, aabb).expect("a sound box");
+    }
+    tree.validate().expect("a whole tree");
+    for _ in 0..200 {
+        assert_same_answers(&tree, &oracle, &leaves, &mut rng);
+    }
+}
+
+#[test]
+fn of_two_hits_at_one_distance_the_smaller_key_wins() {
+    for order in [[1, 2], [2, 1]] {
+        let mut tree = Tree::default();
+        for key in order {
+            tree.insert(key, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+        }
+        let ray = Ray::new(Vec3::X * 5.0, -Vec3::X, f32::INFINITY).expect("a sound ray");
+        assert_eq!(tree.closest_hit(&ray, |_, _| Some((4.0, ()))), Some((1, 4.0, ())));
+    }
+}
+
+#[test]
+fn a_visitor_that_stops_is_not_called_again() {
+    let mut tree = Tree::default();
+    for key in 0..100 {
+        tree.insert(key, cube(Vec3::ZERO, 1.0)).expect("a sound box");
+    }
+    let ray = Ray::new(Vec3::X * 5.0, -Vec3::X, f32::INFINITY).expect("a sound ray");
+    let mut visits = 0;
+    tree.visit_ray(&ray, |_, _| {
+        visits += 1;
+        RayVisit::Stop
+    });
+    tree.visit_aabb(&cube(Vec3::ZERO, 1.0), |_| {
+        visits += 1;
+        ControlFlow::Break(())
+    });
+    assert_eq!(visits, 2);
+}
+
+#[test]
+fn sorted_insertion_does_not_turn_the_tree_into_a_list() {
+    let mut tree = AabbTree::<u32>::default();
+    let n = 100_000;
+    for key in 0..n {
+        tree.insert(key, cube(Vec3::X * key as f32 * 3.0, 1.0)).expect("a sound box");
+    }
+    // A list would cost n / 2; a balanced tree over a line costs about log2(n).
+    assert!(tree.sah_cost() < 40.0, "{}", tree.sah_cost());
+}
