@@ -1,3 +1,2 @@
-fn main() {
-    bevy::app::App::new().add_plugins(bevy::DefaultPlugins).run();
-}
+#![doc="x"] 
+fn main(){ bevy::app::App::new().add_plugins(bevy::DefaultPlugins).run(); }

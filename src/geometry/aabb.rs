@@ -29,13 +29,12 @@ pub trait Aabb3dExt: Sized {
 
 impl Aabb3dExt for Aabb3d {
     fn enclosing(points: impl IntoIterator<Item = Vec3A>) -> Option<Self> {
-        let mut points = points.into_iter();
-        let first = points.next()?;
-        let (min, max) = points.fold((first, first), |(min, max), point| {
+        let around = points.into_iter().fold(EMPTY, |around, point| Self {
             // The accumulator comes second: where one operand is NaN, `min` and `max` return the second.
-            (point.min(min), point.max(max))
+            min: point.min(around.min),
+            max: point.max(around.max),
         });
-        (min.cmple(max).all()).then_some(Self { min, max })
+        (around.min.cmple(around.max).all()).then_some(around)
     }
 
     fn is_sound(&self) -> bool {

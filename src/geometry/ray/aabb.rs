@@ -1,6 +1,6 @@
 //! Ray against axis-aligned box: the slab test.
 
-use bevy::math::bounding::Aabb3d;
+use bevy::math::{Vec3A, bounding::Aabb3d};
 
 use super::Ray;
 use crate::geometry::tolerance;
@@ -13,11 +13,14 @@ impl Ray {
     /// large. Source: Kay and Kajiya 1986, with the robust interval of Ize 2013.
     #[inline]
     pub fn aabb_intersection_at(&self, aabb: &Aabb3d) -> Option<f32> {
-        let to_min = (aabb.min - self.origin) * self.direction_recip;
-        let to_max = (aabb.max - self.origin) * self.direction_recip;
-        let enter = to_min.min(to_max).max_element().max(0.0) * (1.0 - tolerance::SLAB);
-        let leave = to_min.max(to_max).min_element() * (1.0 + tolerance::SLAB);
-        // A ray parallel to a slab and outside of it enters at infinity: hence the strict upper bound.
+        let forward = self.direction_recip.cmpge(Vec3A::ZERO);
+        let near = (Vec3A::select(forward, aabb.min, aabb.max) - self.origin) * self.direction_recip;
+        let far = (Vec3A::select(forward, aabb.max, aabb.min) - self.origin) * self.direction_recip;
+        // In a slab that the ray runs parallel to, both are infinite, or NaN where the ray runs in the very plane of
+        // the face: no bound. The constant comes second because `min` and `max` return the second for a NaN.
+        let enter = near.max(Vec3A::ZERO).max_element() * (1.0 - tolerance::SLAB);
+        let leave = far.min(Vec3A::INFINITY).min_element() * (1.0 + tolerance::SLAB);
+        // Outside of such a slab the ray enters at infinity: hence the strict upper bound.
         (enter <= leave && enter <= self.t_max && enter < f32::INFINITY).then_some(enter)
     }
 }

@@ -14,7 +14,7 @@ use bevy::math::{Affine3A, Ray3d, Vec3, Vec3A};
 pub struct Ray {
     origin: Vec3A,
     direction: Vec3A,
-    /// `1 / direction`, with zero divided as if it were tiny: finite, and of the sign of the component.
+    /// `1 / direction`: infinite where that is zero.
     direction_recip: Vec3A,
     t_max: f32,
 }
@@ -30,7 +30,7 @@ impl Ray {
         sound.then(|| Self {
             origin,
             direction,
-            direction_recip: finite_recip(direction),
+            direction_recip: direction.recip(),
             t_max,
         })
     }
@@ -92,12 +92,4 @@ impl Ray {
             self.t_max,
         )
     }
-}
-
-/// The reciprocal of each component, clamped to the finite range.
-///
-/// With an infinite reciprocal, `(bound - origin) * recip` is NaN for an origin in the plane of the bound. With a
-/// finite one it is zero there, and an origin off the plane still gets a parameter beyond every scene.
-fn finite_recip(direction: Vec3A) -> Vec3A {
-    direction.recip().clamp(Vec3A::splat(-f32::MAX), Vec3A::splat(f32::MAX))
 }
