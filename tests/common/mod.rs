@@ -70,10 +70,26 @@ pub fn add_mesh(app: &mut App, mesh: impl Into<Mesh>) -> Handle<Mesh> {
     app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh)
 }
 
+/// Spawns an entity with a mesh of its own.
+pub fn spawn_mesh(app: &mut App, mesh: impl Into<Mesh>, transform: Transform) -> Entity {
+    let mesh = add_mesh(app, mesh);
+    app.world_mut().spawn((Mesh3d(mesh), transform)).id()
+}
+
 /// Spawns a unit cube at `position`, visible as far as no camera is asked.
 pub fn spawn_cube(app: &mut App, position: Vec3) -> Entity {
-    let mesh = add_mesh(app, Cuboid::default());
-    app.world_mut().spawn((Mesh3d(mesh), Transform::from_translation(position))).id()
+    spawn_mesh(app, Cuboid::default(), Transform::from_translation(position))
+}
+
+/// Brings the index up to date with what was spawned, and builds all mesh hierarchies.
+pub fn settle(app: &mut App) {
+    app.update();
+    finish_meshes(app);
+}
+
+/// The index of an app.
+pub fn index(app: &App) -> &SpatialIndex {
+    app.world().resource()
 }
 
 /// A ray from `origin` towards `target`.
@@ -87,8 +103,12 @@ pub fn query<R: 'static>(app: &mut App, ask: impl FnOnce(SceneQuery) -> R) -> R 
     ask(state.get(app.world()).expect("the plugin is there"))
 }
 
+/// What a ray hits with the default settings.
+pub fn cast(app: &mut App, ray: Ray3d) -> Option<RayHit> {
+    query(app, |scene| scene.cast_ray(ray, &SceneQuerySettings::default()))
+}
+
 /// What a ray along -z from far in front of `position` hits, with the default settings.
 pub fn hit_at(app: &mut App, position: Vec3) -> Option<RayHit> {
-    let ray = Ray3d::new(position + Vec3::Z * 100.0, Dir3::NEG_Z);
-    query(app, |scene| scene.cast_ray(ray, &SceneQuerySettings::default()))
+    cast(app, Ray3d::new(position + Vec3::Z * 100.0, Dir3::NEG_Z))
 }

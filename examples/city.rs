@@ -1,2 +1,0 @@
-#![doc="x"] 
-fn main(){ bevy::app::App::new().add_plugins(bevy::DefaultPlugins).run(); }
