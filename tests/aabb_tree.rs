@@ -34,8 +34,16 @@ fn random_box(rng: &mut ChaCha8Rng) -> Aabb3d {
 }
 
 fn random_ray(rng: &mut ChaCha8Rng) -> Ray {
-    let t_max = if rng.random() { f32::INFINITY } else { rng.random_range(0.0..200.0) };
-    let direction = if rng.random_bool(0.2) { Vec3::AXES[rng.random_range(0..3)] } else { *random_dir(rng) };
+    let t_max = if rng.random() {
+        f32::INFINITY
+    } else {
+        rng.random_range(0.0..200.0)
+    };
+    let direction = if rng.random_bool(0.2) {
+        Vec3::AXES[rng.random_range(0..3)]
+    } else {
+        *random_dir(rng)
+    };
     Ray::new(random_point(rng, 120.0), direction, t_max).expect("a sound ray")
 }
 
@@ -49,7 +57,13 @@ struct Answers {
     in_sphere: Vec<u32>,
 }
 
-fn answers(structure: &impl SpatialQueries<u32>, ray: &Ray, aabb: &Aabb3d, sphere: &BoundingSphere, boxes: &impl Fn(u32) -> Aabb3d) -> Answers {
+fn answers(
+    structure: &impl SpatialQueries<u32>,
+    ray: &Ray,
+    aabb: &Aabb3d,
+    sphere: &BoundingSphere,
+    boxes: &impl Fn(u32) -> Aabb3d,
+) -> Answers {
     let enter = |key: u32, ray: &Ray| ray.aabb_intersection_at(&boxes(key)).map(|t| (t, ()));
     let mut along_ray = Vec::new();
     structure.visit_ray(ray, |key, _| {
@@ -85,7 +99,10 @@ fn assert_same_answers(tree: &Tree, oracle: &Oracle, leaves: &[(u32, LeafId)], r
         let (_, leaf) = leaves.iter().find(|(k, _)| *k == key).expect("a key that was given");
         tree.aabb(*leaf).expect("a live leaf")
     };
-    assert_eq!(answers(tree, &ray, &aabb, &sphere, &boxes), answers(oracle, &ray, &aabb, &sphere, &boxes));
+    assert_eq!(
+        answers(tree, &ray, &aabb, &sphere, &boxes),
+        answers(oracle, &ray, &aabb, &sphere, &boxes)
+    );
     assert_eq!(tree.len(), oracle.len());
 }
 
@@ -114,7 +131,10 @@ fn agrees_with_brute_force_under_100_000_random_operations() {
                 // Some drift, some teleport.
                 let offset = Vec3A::from(random_point(&mut rng, 0.3));
                 let aabb = if rng.random_bool(0.7) {
-                    Aabb3d { min: old.min + offset, max: old.max + offset }
+                    Aabb3d {
+                        min: old.min + offset,
+                        max: old.max + offset,
+                    }
                 } else {
                     random_box(&mut rng)
                 };
@@ -144,7 +164,13 @@ fn a_tree_built_at_once_agrees_with_brute_force() {
     for n in [0, 1, 2, 3, 5, 17, 1000] {
         let boxes: Vec<(u32, Aabb3d)> = (0..n).map(|key| (key, random_box(&mut rng))).collect();
         let mut tree = Tree::default();
-        let leaves: Vec<(u32, LeafId)> = (0..n).zip(tree.insert_many(boxes.iter().copied()).into_iter().map(|leaf| leaf.expect("sound"))).collect();
+        let leaves: Vec<(u32, LeafId)> = (0..n)
+            .zip(
+                tree.insert_many(boxes.iter().copied())
+                    .into_iter()
+                    .map(|leaf| leaf.expect("sound")),
+            )
+            .collect();
         let mut oracle = Oracle::new();
         for (key, aabb) in &boxes {
             oracle.set(*key, *aabb).expect("a sound box");
@@ -160,7 +186,9 @@ fn a_tree_built_at_once_agrees_with_brute_force() {
 fn a_rebuilt_tree_keeps_its_leaves() {
     let mut rng = rng(12);
     let mut tree = Tree::default();
-    let leaves: Vec<LeafId> = (0..500).map(|key| tree.insert(key, random_box(&mut rng)).expect("sound")).collect();
+    let leaves: Vec<LeafId> = (0..500)
+        .map(|key| tree.insert(key, random_box(&mut rng)).expect("sound"))
+        .collect();
     for leaf in leaves.iter().step_by(3) {
         tree.remove(*leaf).expect("a live leaf");
     }
@@ -170,7 +198,11 @@ fn a_rebuilt_tree_keeps_its_leaves() {
     for (key, leaf) in leaves.iter().enumerate() {
         assert_eq!(tree.key(*leaf), (key % 3 != 0).then_some(key as u32));
     }
-    assert!(tree.sah_cost() <= before * 1.1, "rebuilding made it worse: {before} to {}", tree.sah_cost());
+    assert!(
+        tree.sah_cost() <= before * 1.1,
+        "rebuilding made it worse: {before} to {}",
+        tree.sah_cost()
+    );
 }
 
 #[test]
@@ -181,7 +213,9 @@ fn many_leaves_join_a_tree_that_is_not_empty() {
         for key in 0..present {
             tree.insert(key, random_box(&mut rng)).expect("sound");
         }
-        let new: Vec<(u32, Aabb3d)> = (present..present + added).map(|key| (key, random_box(&mut rng))).collect();
+        let new: Vec<(u32, Aabb3d)> = (present..present + added)
+            .map(|key| (key, random_box(&mut rng)))
+            .collect();
         tree.insert_many(new);
         tree.validate().expect("a whole tree");
         assert_eq!(tree.len() as u32, present + added);
@@ -206,9 +240,18 @@ fn unsound_boxes_are_refused_and_nothing_changes() {
     let mut tree = Tree::default();
     let good = cube(Vec3::ZERO, 1.0);
     let leaf = tree.insert(7, good).expect("a sound box");
-    let nan = Aabb3d { min: Vec3A::NAN, max: Vec3A::ONE };
-    let infinite = Aabb3d { min: Vec3A::splat(f32::NEG_INFINITY), max: Vec3A::ONE };
-    let inverted = Aabb3d { min: Vec3A::ONE, max: Vec3A::ZERO };
+    let nan = Aabb3d {
+        min: Vec3A::NAN,
+        max: Vec3A::ONE,
+    };
+    let infinite = Aabb3d {
+        min: Vec3A::splat(f32::NEG_INFINITY),
+        max: Vec3A::ONE,
+    };
+    let inverted = Aabb3d {
+        min: Vec3A::ONE,
+        max: Vec3A::ZERO,
+    };
     for bad in [nan, infinite, inverted] {
         assert!(tree.insert(8, bad).is_err());
         assert!(tree.update(leaf, bad).is_err());
@@ -349,7 +392,8 @@ fn sorted_insertion_does_not_turn_the_tree_into_a_list() {
     let mut tree = AabbTree::<u32>::default();
     let n = 100_000;
     for key in 0..n {
-        tree.insert(key, cube(Vec3::X * key as f32 * 3.0, 1.0)).expect("a sound box");
+        tree.insert(key, cube(Vec3::X * key as f32 * 3.0, 1.0))
+            .expect("a sound box");
     }
     // A list would cost n / 2; a balanced tree over a line costs about log2(n).
     assert!(tree.sah_cost() < 40.0, "{}", tree.sah_cost());

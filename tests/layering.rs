@@ -4,9 +4,46 @@ use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
 const FORBIDDEN: [(&str, &[&str]); 4] = [
-    ("geometry", &["bevy::ecs", "Entity", "Component", "Query<", "Res<", "crate::spatial", "crate::mesh", "crate::index", "crate::picking"]),
-    ("spatial", &["bevy::ecs", "Entity", "Component", "Query<", "Res<", "crate::mesh", "crate::index", "crate::picking"]),
-    ("mesh", &["bevy::ecs", "bevy::asset", "Entity", "Component", "Query<", "Res<", "crate::index", "crate::picking"]),
+    (
+        "geometry",
+        &[
+            "bevy::ecs",
+            "Entity",
+            "Component",
+            "Query<",
+            "Res<",
+            "crate::spatial",
+            "crate::mesh",
+            "crate::index",
+            "crate::picking",
+        ],
+    ),
+    (
+        "spatial",
+        &[
+            "bevy::ecs",
+            "Entity",
+            "Component",
+            "Query<",
+            "Res<",
+            "crate::mesh",
+            "crate::index",
+            "crate::picking",
+        ],
+    ),
+    (
+        "mesh",
+        &[
+            "bevy::ecs",
+            "bevy::asset",
+            "Entity",
+            "Component",
+            "Query<",
+            "Res<",
+            "crate::index",
+            "crate::picking",
+        ],
+    ),
     ("index", &["crate::picking"]),
 ];
 
@@ -19,11 +56,17 @@ fn lower_layers_do_not_name_upper_ones() {
         assert!(!files.is_empty(), "no files in the layer {layer}");
         for file in files {
             let text = fs::read_to_string(&file).expect("a readable source file");
-            let lines = text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"));
+            let lines = text
+                .lines()
+                .enumerate()
+                .filter(|(_, line)| !line.trim_start().starts_with("//"));
             for (number, line) in lines {
-                offences.extend(forbidden.iter().filter(|name| line.contains(**name)).map(|name| {
-                    format!("{}:{}: names {name}", file.display(), number + 1)
-                }));
+                offences.extend(
+                    forbidden
+                        .iter()
+                        .filter(|name| line.contains(**name))
+                        .map(|name| format!("{}:{}: names {name}", file.display(), number + 1)),
+                );
             }
         }
     }

@@ -3,15 +3,12 @@
 use std::{fs, path::Path, time::Instant};
 
 use bevy::{
-    asset::RecursiveDependencyLoadState,
-    camera::NormalizedRenderTarget,
     picking::{
         backend::ray::RayMap,
         mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings},
-        pointer::{Location, PointerAction, PointerId, PointerInput},
+        pointer::PointerAction,
     },
     prelude::*,
-    window::{PrimaryWindow, WindowRef},
 };
 use bevy_sightline::{index::MeshBvhs, mesh::TriangleMesh, prelude::*};
 
@@ -19,7 +16,7 @@ use crate::{
     interaction::{Hovered, Selected},
     options::Options,
     picture,
-    scenery::Models,
+    shared::{self, Step},
     traffic::Traveller,
 };
 
@@ -45,21 +42,15 @@ pub fn run(mut app: App) -> AppExit {
         .add_systems(Update, compare_with_bevy)
         .add_observer(|_: On<Pointer<Over>>, mut findings: ResMut<Findings>| findings.over += 1)
         .add_observer(|_: On<Pointer<Click>>, mut findings: ResMut<Findings>| findings.clicks += 1);
-    app.finish();
-    app.cleanup();
-
-    if let Err(message) = load(&mut app) {
+    if let Err(message) = shared::load(&mut app) {
         eprintln!("{message}");
         return AppExit::error();
     }
     *app.world_mut().resource_mut::<Findings>() = default();
 
     let options = app.world().resource::<Options>().clone();
-    for frame in 0..options.frames {
-        sweep(&mut app, frame, options.frames);
-        app.update();
-    }
-    select_and_hover(&mut app);
+    shared::play(&mut app, sweep(options.frames));
+    shared::play(&mut app, select_and_hover());
 
     let picture_ms = app
         .world_mut()
@@ -86,73 +77,26 @@ pub fn run(mut app: App) -> AppExit {
     AppExit::Success
 }
 
-/// Runs frames until all models are loaded and all hierarchies built.
-fn load(app: &mut App) -> Result<(), String> {
-    loop {
-        app.update();
-        let world = app.world();
-        let server = world.resource::<AssetServer>();
-        let mut loaded = true;
-        for mesh in world.resource::<Models>().meshes() {
-            match server.recursive_dependency_load_state(mesh) {
-                RecursiveDependencyLoadState::Failed(error) => return Err(format!("cannot load a model: {error}")),
-                state => loaded &= state.is_loaded(),
-            }
-        }
-        let index = world.resource::<SpatialIndex>();
-        if loaded && !index.is_empty() && world.resource::<MeshBvhs>().building() == 0 {
-            // One more, in which cameras see what has arrived.
-            app.update();
-            return Ok(());
-        }
-    }
-}
-
-/// Moves the pointer one step along the rows of the view, back and forth, and presses or releases it at times.
-fn sweep(app: &mut App, frame: u32, frames: u32) {
+/// Moves the pointer along the rows of the view, back and forth, and clicks at times.
+fn sweep(frames: u32) -> impl Iterator<Item = Step> {
     let per_row = frames.div_ceil(ROWS);
-    let (row, column) = (frame / per_row, frame % per_row);
-    let along = (column as f32 + 0.5) / per_row as f32;
-    let x = if row.is_multiple_of(2) { along } else { 1.0 - along };
-    let button = match frame % FRAMES_PER_CLICK {
-        0 => Some(PointerAction::Press(PointerButton::Primary)),
-        1 => Some(PointerAction::Release(PointerButton::Primary)),
-        _ => None,
-    };
-    point(app, Vec2::new(x, (row as f32 + 0.5) / ROWS as f32), button);
+    (0..frames).map(move |frame| {
+        let (row, column) = (frame / per_row, frame % per_row);
+        let along = (column as f32 + 0.5) / per_row as f32;
+        let x = if row.is_multiple_of(2) { along } else { 1.0 - along };
+        let action = match frame % FRAMES_PER_CLICK {
+            0 => Some(PointerAction::Press(PointerButton::Primary)),
+            1 => Some(PointerAction::Release(PointerButton::Primary)),
+            _ => None,
+        };
+        (Vec2::new(x, (row as f32 + 0.5) / ROWS as f32), action)
+    })
 }
 
 /// Clicks on one tower and comes to rest on another, for the picture.
-fn select_and_hover(app: &mut App) {
+fn select_and_hover() -> impl Iterator<Item = Step> {
     let (tower, other_tower) = (Vec2::new(0.195, 0.55), Vec2::new(0.68, 0.5));
-    for (place, button) in [
-        (tower, None),
-        (tower, Some(PointerAction::Press(PointerButton::Primary))),
-        (tower, Some(PointerAction::Release(PointerButton::Primary))),
-        (other_tower, None),
-        (other_tower, None),
-    ] {
-        point(app, place, button);
-        app.update();
-    }
-}
-
-/// Moves the pointer to a place in the window, from (0, 0) at the top left to (1, 1), and then does something with it.
-fn point(app: &mut App, place: Vec2, button: Option<PointerAction>) {
-    let world = app.world_mut();
-    let (window, size) = {
-        let mut windows = world.query_filtered::<(Entity, &Window), With<PrimaryWindow>>();
-        let (entity, window) = windows.single(world).expect("the window plugin makes one window");
-        (entity, window.size())
-    };
-    let target = WindowRef::Entity(window).normalize(None).expect("a window entity");
-    let location = Location {
-        target: NormalizedRenderTarget::Window(target),
-        position: place * size,
-    };
-    for action in std::iter::once(PointerAction::Move { delta: Vec2::ONE }).chain(button) {
-        world.write_message(PointerInput::new(PointerId::Mouse, location.clone(), action));
-    }
+    shared::click(tower).into_iter().chain([(other_tower, None); 2])
 }
 
 /// Casts the ray of the pointer once more, with ours and with Bevy's ray cast, and notes the times and the answers.

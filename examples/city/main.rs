@@ -21,17 +21,11 @@ mod options;
 mod picture;
 mod plan;
 mod scenery;
+#[path = "../shared/mod.rs"]
+mod shared;
 mod traffic;
 
-use bevy::{
-    app::ScheduleRunnerPlugin,
-    camera_controller::free_camera::FreeCameraPlugin,
-    log::LogPlugin,
-    prelude::*,
-    render::{RenderPlugin, settings::WgpuSettings},
-    window::{ExitCondition, WindowResolution},
-    winit::WinitPlugin,
-};
+use bevy::{camera_controller::free_camera::FreeCameraPlugin, prelude::*};
 use bevy_sightline::prelude::*;
 
 use options::Options;
@@ -47,51 +41,12 @@ fn main() -> AppExit {
     };
     let headless = options.headless;
     let mut app = App::new();
-    if headless {
-        app.add_plugins(plugins_without_a_gpu());
-    } else {
-        app.add_plugins((DefaultPlugins.set(window()), FreeCameraPlugin));
-    }
+    app.add_plugins(shared::plugins("bevy_sightline: city", headless));
     app.insert_resource(options)
         .add_plugins((SightlinePlugins, scenery::plugin, traffic::plugin, interaction::plugin));
     if headless {
         headless::run(app)
     } else {
-        app.add_plugins(interaction::window_plugin).run()
+        app.add_plugins((FreeCameraPlugin, interaction::window_plugin)).run()
     }
-}
-
-fn window() -> WindowPlugin {
-    WindowPlugin {
-        primary_window: Some(Window {
-            title: "bevy_sightline: city".into(),
-            resolution: WindowResolution::new(1280, 720),
-            ..default()
-        }),
-        ..default()
-    }
-}
-
-/// All of Bevy but the renderer and the window system: the window is an entity like any other, for cameras and
-/// pointers to refer to, and nobody shows it.
-fn plugins_without_a_gpu() -> bevy::app::PluginGroupBuilder {
-    let no_renderer = WgpuSettings {
-        backends: None,
-        ..default()
-    };
-    DefaultPlugins
-        .set(WindowPlugin {
-            exit_condition: ExitCondition::DontExit,
-            ..window()
-        })
-        .set(RenderPlugin {
-            render_creation: no_renderer.into(),
-            ..default()
-        })
-        .set(LogPlugin {
-            filter: "warn".into(),
-            ..default()
-        })
-        .disable::<WinitPlugin>()
-        .add(ScheduleRunnerPlugin::run_once())
 }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use bevy::prelude::Resource;
 
+use crate::shared;
+
 const HELP: &str = "\
 Options of the city:
   --headless       no window: sweep a synthetic pointer and print a report
@@ -27,7 +29,7 @@ impl Options {
     /// Reads the arguments; `None` if they ask for help, which has been printed.
     pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Option<Self>, String> {
         let mut options = Self {
-            headless: !has_display(),
+            headless: !shared::has_display(),
             blocks: 16,
             frames: 600,
             report: None,
@@ -57,16 +59,4 @@ fn number(text: &str) -> Result<u32, String> {
         Ok(number) if number > 0 => Ok(number),
         _ => Err(format!("{text} is not a number above zero\n\n{HELP}")),
     }
-}
-
-/// Whether a window could be opened: elsewhere than on Linux and its kin there always is a display.
-fn has_display() -> bool {
-    let needs_server = cfg!(all(
-        unix,
-        not(any(target_os = "macos", target_os = "ios", target_os = "android"))
-    ));
-    !needs_server
-        || ["DISPLAY", "WAYLAND_DISPLAY"]
-            .iter()
-            .any(|name| std::env::var_os(name).is_some())
 }

@@ -32,11 +32,6 @@ impl Models {
         };
         Mesh3d(self.meshes.entry(name).or_insert_with(load).clone())
     }
-
-    /// All meshes that were asked for.
-    pub fn meshes(&self) -> impl Iterator<Item = &Handle<Mesh>> {
-        self.meshes.values()
-    }
 }
 
 /// Part of the ground: shown under the mouse, and not to be selected.

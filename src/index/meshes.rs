@@ -168,12 +168,16 @@ impl MeshBvhs {
             let place = |corner: Vec3A| surface.world_from_local.transform_point3a(corner);
             return shape.mesh()?.closest_hit_of(ray, backfaces, place);
         };
-        let ray = ray.transformed_by(local_from_world)?;
-        match shape {
-            Shape::Missing | Shape::Unusable => None,
-            Shape::Building { mesh, .. } => mesh.closest_hit(&ray, backfaces),
-            Shape::Ready(bvh) => bvh.closest_hit(&ray, backfaces),
+        let local_ray = ray.transformed_by(local_from_world)?;
+        let (mesh, mut hit) = match shape {
+            Shape::Missing | Shape::Unusable => return None,
+            Shape::Building { mesh, .. } => (&**mesh, mesh.closest_hit(&local_ray, backfaces)?),
+            Shape::Ready(bvh) => (bvh.mesh(), bvh.closest_hit(&local_ray, backfaces)?),
+        };
+        if let Some(t) = ray.plane_intersection_under(local_from_world, mesh.triangle(&hit)) {
+            hit.t = t.clamp(0.0, ray.t_max());
         }
+        Some(hit)
     }
 
     /// Whether the ray hits a mesh in the world anywhere.

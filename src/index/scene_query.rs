@@ -10,7 +10,7 @@ use bevy::{
         system::{Query, SystemParam},
     },
     math::{
-        Dir3, Ray3d, Vec3,
+        Ray3d, Vec3,
         bounding::{Aabb3d, BoundingSphere},
     },
 };
@@ -226,11 +226,17 @@ fn world_normal(
     ray: &Ray,
 ) -> Vec3 {
     let normal = match &surface.local_from_world {
-        Some(local_from_world) => local_from_world.matrix3.transpose() * mesh.normal(hit).normalize_or_zero(),
+        Some(local_from_world) => {
+            let local = mesh.normal(hit).normalize_or_zero().as_dvec3();
+            (local_from_world.matrix3.transpose() * local)
+                .normalize_or_zero()
+                .as_vec3()
+        }
         // A flattened mesh has but the normals of its triangles.
-        None => (b - a).cross(c - a),
+        None => (b - a).cross(c - a).normalize_or_zero(),
     };
-    // Scaled before it is normalised: the scale of the transform may overflow when squared.
-    let unit = Dir3::new(normal / normal.abs().max_element());
-    unit.map_or_else(|_| -Vec3::from(ray.direction()).normalize_or_zero(), Vec3::from)
+    if normal == Vec3::ZERO {
+        return -Vec3::from(ray.direction()).normalize_or_zero();
+    }
+    normal
 }

@@ -7,7 +7,7 @@ use bevy::{
         entity::{Entity, EntityHashMap},
         resource::Resource,
     },
-    math::{Affine3A, bounding::Aabb3d},
+    math::{Affine3A, DAffine3, bounding::Aabb3d},
     mesh::Mesh,
 };
 
@@ -62,8 +62,9 @@ pub(super) struct EntryData {
 pub(super) struct MeshSurface {
     pub mesh: AssetId<Mesh>,
     pub world_from_local: Affine3A,
-    /// `None` where the transform flattens the mesh.
-    pub local_from_world: Option<Affine3A>,
+    /// In double precision, for [`Ray::transformed_by`](crate::geometry::ray::Ray::transformed_by). `None` where the
+    /// transform flattens the mesh.
+    pub local_from_world: Option<DAffine3>,
     pub backfaces: Backfaces,
 }
 

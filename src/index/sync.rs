@@ -19,7 +19,7 @@ use bevy::{
         query::{Added, Changed, Has, Or, QueryData, With},
         system::{Local, Query, SystemParam},
     },
-    math::{Affine3A, bounding::Aabb3d},
+    math::{Affine3A, DAffine3, bounding::Aabb3d},
     mesh::{Mesh, Mesh2d, Mesh3d},
     platform::collections::HashMap,
     transform::components::GlobalTransform,
@@ -297,9 +297,9 @@ fn pick_mesh(item: &IndexedItem) -> Option<AssetId<Mesh>> {
         .or(item.mesh_2d.map(|mesh| mesh.0.id()))
 }
 
-/// The inverse of `transform`, or `None` if it has none: if the transform is flat. In double precision, in which the
-/// determinant of the smallest scale that `f32` can hold does not vanish.
-fn inverse(transform: &Affine3A) -> Option<Affine3A> {
-    let inverse = transform.as_daffine3().inverse().as_affine3a();
+/// The inverse of `transform`, or `None` if it has none: if the transform is flat.
+fn inverse(transform: &Affine3A) -> Option<DAffine3> {
+    // In double precision the determinant of the smallest scale that `f32` can hold does not vanish.
+    let inverse = transform.as_daffine3().inverse();
     inverse.is_finite().then_some(inverse)
 }

@@ -1,11 +1,7 @@
 //! What the tests share: seeded randomness, and the headless app.
 
 use bevy::{
-    camera::CameraPlugin,
-    input::InputPlugin,
-    mesh::MeshPlugin,
-    picking::DefaultPickingPlugins,
-    prelude::*,
+    camera::CameraPlugin, input::InputPlugin, mesh::MeshPlugin, picking::DefaultPickingPlugins, prelude::*,
     window::WindowPlugin,
 };
 use bevy_sightline::index::MeshBvhs;
@@ -35,11 +31,17 @@ pub fn random_dir(rng: &mut ChaCha8Rng) -> Dir3 {
 
 /// A rotation, uniform.
 pub fn random_rotation(rng: &mut ChaCha8Rng) -> Quat {
-    Quat::from_rotation_arc(Vec3::Z, *random_dir(rng)) * Quat::from_rotation_z(rng.random_range(0.0..std::f32::consts::TAU))
+    Quat::from_rotation_arc(Vec3::Z, *random_dir(rng))
+        * Quat::from_rotation_z(rng.random_range(0.0..std::f32::consts::TAU))
 }
 
 /// An app with what a server would have: no window, no renderer, no GPU.
 pub fn headless_app() -> App {
+    headless_app_with(|_| {})
+}
+
+/// The same, with more plugins.
+pub fn headless_app_with(add_plugins: impl FnOnce(&mut App)) -> App {
     let mut app = App::new();
     app.add_plugins((
         MinimalPlugins,
@@ -53,6 +55,7 @@ pub fn headless_app() -> App {
         DefaultPickingPlugins,
         SightlinePlugins,
     ));
+    add_plugins(&mut app);
     app.finish();
     app.cleanup();
     app

@@ -1,1 +1,57 @@
-fn main() {}
+//! `bevy_sightline` against its peers.
+//!
+//! ```sh
+//! cargo run --release -p head_to_head              # all groups
+//! cargo run --release -p head_to_head -- picking   # one group
+//! cargo run --release -p head_to_head -- --quick   # smaller scenes, for a first look
+//! ```
+//!
+//! Every case runs both sides in turn in one process, checks that both gave the same answers, and prints one line,
+//! tab separated:
+//!
+//! ```text
+//! RATIO   <group>/<case>   <ours, ns>   <peer, ns>   <peer / ours>   <peer>
+//! ```
+//!
+//! Times are medians. A ratio over 1 means that we are faster.
+
+mod compare;
+mod picking;
+
+use std::process::ExitCode;
+
+/// The groups, in the order in which they run.
+const GROUPS: [(&str, fn(Effort)); 1] = [("picking", picking::run)];
+
+/// How much to measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// Small scenes only.
+    Quick,
+    /// Everything.
+    Full,
+}
+
+fn main() -> ExitCode {
+    let (options, names): (Vec<String>, Vec<String>) = std::env::args().skip(1).partition(|arg| arg.starts_with("--"));
+    let unknown_option = options.iter().find(|option| *option != "--quick");
+    let unknown_group = names.iter().find(|name| GROUPS.iter().all(|(group, _)| group != name));
+    if let Some(unknown) = unknown_option.or(unknown_group) {
+        eprintln!(
+            "unknown: {unknown}; there are --quick and the groups {:?}",
+            GROUPS.map(|(group, _)| group)
+        );
+        return ExitCode::FAILURE;
+    }
+    let effort = if options.is_empty() {
+        Effort::Full
+    } else {
+        Effort::Quick
+    };
+    for (group, run) in GROUPS {
+        if names.is_empty() || names.iter().any(|name| name == group) {
+            run(effort);
+        }
+    }
+    ExitCode::SUCCESS
+}

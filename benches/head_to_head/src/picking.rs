@@ -1,0 +1,193 @@
+//! Picking: the whole backend system against Bevy's whole backend system, for one pointer.
+
+use std::f32::consts::TAU;
+
+use bevy::{
+    camera::CameraPlugin,
+    ecs::system::SystemId,
+    image::ImagePlugin,
+    input::InputPlugin,
+    math::Affine2,
+    mesh::{MeshPlugin, VertexAttributeValues},
+    picking::{
+        PickingPlugin,
+        backend::{
+            PointerHits,
+            ray::{RayId, RayMap},
+        },
+        mesh_picking,
+        pointer::PointerId,
+    },
+    prelude::*,
+    window::WindowPlugin,
+};
+use bevy_sightline::{index::MeshBvhs, picking, prelude::*};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::{
+    Effort,
+    compare::{compare, time},
+};
+
+const PEER: &str = "bevy_picking 0.19.1";
+
+pub(crate) fn run(effort: Effort) {
+    let sizes: &[(&str, usize)] = match effort {
+        Effort::Quick => &[("1k", 1_000), ("10k", 10_000)],
+        Effort::Full => &[("1k", 1_000), ("10k", 10_000), ("100k", 100_000)],
+    };
+    for (name, n) in sizes {
+        Bench::with_entities(*n).run(&format!("picking/{name}"), 400);
+    }
+    if effort == Effort::Full {
+        Bench::with_one_mesh().run("picking/one-mesh-1M", 100);
+    }
+}
+
+/// A world that both backends look at, and the rays of a pointer through it.
+struct Bench {
+    app: App,
+    ours: SystemId,
+    peer: SystemId,
+    ray_id: RayId,
+    rays: Vec<Ray3d>,
+}
+
+impl Bench {
+    /// `n` shapes of several hundred triangles in a cube, so that their density does not depend on their number.
+    fn with_entities(n: usize) -> Self {
+        let side = 4.0 * (n as f32).cbrt();
+        let mut rng = ChaCha8Rng::seed_from_u64(n as u64);
+        let mut bench = Self::new(side, &mut rng);
+        let shapes: [Mesh; 4] = [
+            Sphere::default().mesh().ico(3).expect("few enough triangles"),
+            Torus::default().mesh().build(),
+            Capsule3d::default().mesh().build(),
+            Cuboid::default().mesh().build(),
+        ];
+        let world = bench.app.world_mut();
+        let shapes = shapes.map(|shape| world.resource_mut::<Assets<Mesh>>().add(shape));
+        for i in 0..n {
+            let mut number = |range: f32| rng.random_range(-range..range);
+            let transform = Transform {
+                translation: Vec3::new(number(side), number(side), number(side)) / 2.0,
+                rotation: Quat::from_euler(EulerRot::XYZ, number(TAU), number(TAU), number(TAU)),
+                scale: Vec3::new(number(0.5), number(0.5), number(0.5)) + 1.0,
+            };
+            world.spawn((Mesh3d(shapes[i % shapes.len()].clone()), transform));
+        }
+        bench.settle();
+        bench
+    }
+
+    /// A ball with hills, of a million triangles.
+    fn with_one_mesh() -> Self {
+        let mut bench = Self::new(20.0, &mut ChaCha8Rng::seed_from_u64(1));
+        let mut ball = Sphere::new(10.0).mesh().uv(1000, 501);
+        if let Some(VertexAttributeValues::Float32x3(positions)) = ball.attribute_mut(Mesh::ATTRIBUTE_POSITION) {
+            for position in positions {
+                let p = Vec3::from(*position);
+                let hills = Affine2::from_angle(0.5).transform_point2(p.xy() * 1.7).to_array();
+                *position = (p * (1.0 + 0.05 * (hills[0].sin() * hills[1].cos() + (2.3 * p.z).sin()))).into();
+            }
+        }
+        let world = bench.app.world_mut();
+        let ball = world.resource_mut::<Assets<Mesh>>().add(ball);
+        world.spawn(Mesh3d(ball));
+        bench.settle();
+        bench
+    }
+
+    /// An empty world with a camera that sees all of a cube with the given side around the origin.
+    fn new(side: f32, rng: &mut ChaCha8Rng) -> Self {
+        let mut app = App::new();
+        app.add_plugins((
+            MinimalPlugins,
+            TransformPlugin,
+            AssetPlugin::default(),
+            ImagePlugin::default(),
+            MeshPlugin,
+            WindowPlugin::default(),
+            CameraPlugin,
+            InputPlugin,
+            PickingPlugin,
+            SightlinePlugins,
+        ));
+        app.init_resource::<mesh_picking::MeshPickingSettings>();
+        app.finish();
+        app.cleanup();
+
+        let eye = Vec3::new(0.0, 0.0, 2.5 * side);
+        let world = app.world_mut();
+        let projection = PerspectiveProjection {
+            far: 10.0 * side,
+            ..default()
+        };
+        let camera = world
+            .spawn((
+                Camera3d::default(),
+                Projection::from(projection),
+                Transform::from_translation(eye),
+            ))
+            .id();
+        let rays = (0..400).map(|_| {
+            let target = Vec3::from_array(std::array::from_fn(|_| rng.random_range(-0.3..0.3) * side));
+            Ray3d::new(eye, Dir3::new(target - eye).expect("the eye is outside"))
+        });
+        Self {
+            rays: rays.collect(),
+            ray_id: RayId::new(camera, PointerId::Mouse),
+            ours: world.register_system(picking::update_hits),
+            peer: world.register_system(mesh_picking::update_hits),
+            app,
+        }
+    }
+
+    /// Runs frames until the index knows everything and every hierarchy is built.
+    fn settle(&mut self) {
+        self.app.update();
+        while self.app.world().resource::<MeshBvhs>().building() > 0 {
+            self.app.update();
+        }
+        self.app.update();
+    }
+
+    fn run(mut self, case: &str, rounds: usize) {
+        let (ours, peer) = (self.ours, self.peer);
+        compare(
+            case,
+            PEER,
+            rounds,
+            &mut self,
+            |bench, round| bench.pick(ours, round),
+            |bench, round| bench.pick(peer, round),
+            |ours, peer| same_picks(ours, peer),
+        );
+    }
+
+    /// Runs a backend for one ray, and returns its picks.
+    fn pick(&mut self, backend: SystemId, round: usize) -> (std::time::Duration, Vec<(Entity, f32)>) {
+        let world = self.app.world_mut();
+        let ray = self.rays[round % self.rays.len()];
+        world.resource_mut::<RayMap>().map.insert(self.ray_id, ray);
+        world.resource_mut::<Messages<PointerHits>>().clear();
+        let (duration, result) = time(|| world.run_system(backend));
+        result.expect("the backend runs");
+        let messages = world
+            .resource_mut::<Messages<PointerHits>>()
+            .drain()
+            .collect::<Vec<_>>();
+        let picks = messages.iter().flat_map(|hits| &hits.picks);
+        (duration, picks.map(|(entity, data)| (*entity, data.depth)).collect())
+    }
+}
+
+/// The same entities in the same order, at the same depths.
+fn same_picks(ours: &Vec<(Entity, f32)>, peer: &Vec<(Entity, f32)>) -> bool {
+    ours.len() == peer.len()
+        && ours
+            .iter()
+            .zip(peer)
+            .all(|(ours, peer)| ours.0 == peer.0 && (ours.1 - peer.1).abs() <= 1e-4 * peer.1)
+}

@@ -1,0 +1,131 @@
+//! What lets the examples run without a window: Bevy without a renderer, and a pointer that follows a script.
+//!
+//! A game needs none of this.
+
+use bevy::{
+    app::{PluginGroupBuilder, ScheduleRunnerPlugin},
+    camera::NormalizedRenderTarget,
+    log::LogPlugin,
+    picking::pointer::{Location, PointerAction, PointerId, PointerInput},
+    prelude::*,
+    render::{RenderPlugin, settings::WgpuSettings},
+    window::{ExitCondition, PrimaryWindow, WindowRef, WindowResolution},
+    winit::WinitPlugin,
+    world_serialization::WorldAssetRoot,
+};
+use bevy_sightline::index::MeshBvhs;
+
+/// Whether a window could be opened: elsewhere than on Linux and its kin there always is a display.
+pub fn has_display() -> bool {
+    let needs_server = cfg!(all(
+        unix,
+        not(any(target_os = "macos", target_os = "ios", target_os = "android"))
+    ));
+    let is_set = |name: &&str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    !needs_server || ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(is_set)
+}
+
+/// All of Bevy, with a window; headless, all but the renderer and the window system. The window is then an entity like
+/// any other, for cameras and pointers to refer to, and nobody shows it.
+pub fn plugins(title: &str, headless: bool) -> PluginGroupBuilder {
+    let window = WindowPlugin {
+        primary_window: Some(Window {
+            title: title.into(),
+            resolution: WindowResolution::new(1280, 720),
+            ..default()
+        }),
+        ..default()
+    };
+    if !headless {
+        return DefaultPlugins.set(window);
+    }
+    let no_renderer = WgpuSettings {
+        backends: None,
+        ..default()
+    };
+    DefaultPlugins
+        .set(WindowPlugin {
+            exit_condition: ExitCondition::DontExit,
+            ..window
+        })
+        .set(RenderPlugin {
+            render_creation: no_renderer.into(),
+            ..default()
+        })
+        // Bevy warns that there is no renderer.
+        .set(LogPlugin {
+            filter: "warn,bevy_render=off,bevy_gizmos_render=off,bevy_gltf=error".into(),
+            ..default()
+        })
+        .disable::<WinitPlugin>()
+        .add(ScheduleRunnerPlugin::run_once())
+}
+
+/// Starts a headless app, and runs frames until all its models are loaded and can be picked at full speed.
+pub fn load(app: &mut App) -> Result<(), String> {
+    app.finish();
+    app.cleanup();
+    loop {
+        app.update();
+        if is_loaded(app.world_mut())? {
+            // One more, in which cameras see what has arrived.
+            app.update();
+            return Ok(());
+        }
+    }
+}
+
+fn is_loaded(world: &mut World) -> Result<bool, String> {
+    let mut scenes = world.query::<(&WorldAssetRoot, Has<Children>)>();
+    let scenes_are_there = scenes.iter(world).all(|(_, is_spawned)| is_spawned);
+    let mut handles: Vec<_> = scenes.iter(world).map(|(scene, _)| scene.id().untyped()).collect();
+    let mut meshes = world.query::<&Mesh3d>();
+    handles.extend(meshes.iter(world).map(|mesh| mesh.id().untyped()));
+
+    let server = world.resource::<AssetServer>();
+    for handle in handles {
+        if let Some(bevy::asset::LoadState::Failed(error)) = server.get_load_state(handle) {
+            return Err(format!("cannot load a model: {error}"));
+        }
+    }
+    let assets = world.resource::<Assets<Mesh>>();
+    let meshes_are_there = meshes.iter(world).len() > 0 && meshes.iter(world).all(|mesh| assets.contains(mesh));
+    let built = world.resource::<MeshBvhs>().building() == 0;
+    Ok(scenes_are_there && meshes_are_there && built)
+}
+
+/// One frame of a script: where the pointer is, from (0, 0) at the top left of the window to (1, 1), and what it does.
+pub type Step = (Vec2, Option<PointerAction>);
+
+/// Runs a headless app for one frame per step.
+pub fn play(app: &mut App, steps: impl IntoIterator<Item = Step>) {
+    let world = app.world_mut();
+    let mut windows = world.query_filtered::<(Entity, &Window), With<PrimaryWindow>>();
+    let (window, size) = windows
+        .single(world)
+        .map(|(entity, window)| (entity, window.size()))
+        .expect("the window plugin makes one window");
+    let window = WindowRef::Entity(window).normalize(None).expect("a window entity");
+    for (place, action) in steps {
+        let location = Location {
+            target: NormalizedRenderTarget::Window(window),
+            position: place * size,
+        };
+        let moved = PointerAction::Move { delta: Vec2::ONE };
+        for action in std::iter::once(moved).chain(action) {
+            app.world_mut()
+                .write_message(PointerInput::new(PointerId::Mouse, location.clone(), action));
+        }
+        app.update();
+    }
+}
+
+/// The steps of a click, with the pointer resting before and after.
+pub fn click(place: Vec2) -> [Step; 4] {
+    [
+        (place, None),
+        (place, Some(PointerAction::Press(PointerButton::Primary))),
+        (place, Some(PointerAction::Release(PointerButton::Primary))),
+        (place, None),
+    ]
+}
