@@ -204,7 +204,7 @@ fn tell_what_is_under_the_mouse(
         format!("\nselected: {name}; drag it along the ground")
     });
     text.0 = format!(
-        "under the mouse: {found}\nfound in {micros:.1} \u{b5}s among {} things{held}",
+        "under the mouse: {found}\nfound in {micros:.1} microseconds among {} things{held}",
         scene.index().len()
     );
 }

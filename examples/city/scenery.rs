@@ -131,13 +131,13 @@ fn light_and_look(mut commands: Commands, options: Res<Options>) {
     commands.spawn((
         Camera3d::default(),
         Projection::from(PerspectiveProjection {
-            far: 6.0 * half,
+            far: (6.0 * half).max(2000.0),
             ..default()
         }),
         Transform::from_xyz(0.28 * half, 90.0, 0.62 * half).looking_at(Vec3::new(0.0, 12.0, 0.0), Vec3::Y),
         DistanceFog {
             color: SKY,
-            falloff: FogFalloff::from_visibility_color(4.0 * half, SKY),
+            falloff: FogFalloff::from_visibility_color((4.0 * half).max(2000.0), SKY),
             ..default()
         },
         FreeCamera {
