@@ -13,9 +13,9 @@ pub const BOX_TRANSFORM: f32 = 8.0 * f32::EPSILON;
 /// Relative slack of the parameters at which a ray enters and leaves a box.
 ///
 /// `(bound - origin) * recip` rounds three times, so each parameter is right to γ₃ (Ize, *Robust BVH Ray Traversal*,
-/// JCGT 2013, §3). The ray-triangle test shears by the same quotients and rounds four times more; 8u on each side lets
-/// every hit that it reports pass the boxes above it.
-pub const SLAB: f32 = 4.0 * f32::EPSILON;
+/// JCGT 2013, §3). The parameter of a hit, which the ray is shortened to, is sheared by the same quotients and rounds
+/// some seven times more; 16u on each side lets every such hit pass the boxes above it.
+pub const SLAB: f32 = 8.0 * f32::EPSILON;
 
 /// Slack of the box of a triangle, as a fraction of the longest side of that box.
 ///

@@ -52,7 +52,7 @@ impl SceneQuery<'_, '_> {
     /// The nearest hit of a ray.
     ///
     /// Exact: the triangles of the meshes are tested, as [`crate::index`] says. Of hits at one distance the smallest
-    /// entity wins. A ray with a NaN or infinite origin hits nothing.
+    /// entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
         let ray = Ray::from_ray3d(ray, settings.max_distance)?;
         let (entity, _, (surface, hit)) = self.index.tree().closest_hit(&ray, |entity, rest| {
@@ -114,7 +114,8 @@ impl SceneQuery<'_, '_> {
     ///
     /// Back faces block too, so that the answer is the same both ways, unless `settings` say otherwise. Things that
     /// the segment only ends on are in its way: exclude the two that look at each other, or start off their surfaces.
-    /// False if a coordinate is NaN or infinite, or if the points are farther apart than the maximum distance.
+    /// Points that coincide see each other. False if a coordinate is NaN or infinite, or if the points are farther apart
+    /// than the maximum distance or than `f32` can tell.
     pub fn line_of_sight(&self, from: Vec3, to: Vec3, settings: &SceneQuerySettings) -> bool {
         let within_reach = from.is_finite() && to.is_finite() && from.distance(to) <= settings.max_distance;
         if !within_reach {
@@ -124,8 +125,7 @@ impl SceneQuery<'_, '_> {
             backfaces: settings.backfaces.or(Some(Backfaces::Include)),
             ..*settings
         };
-        // Points that coincide see each other.
-        Ray::segment(from, to).is_none_or(|segment| !self.blocks(&segment, &settings))
+        from == to || Ray::segment(from, to).is_some_and(|segment| !self.blocks(&segment, &settings))
     }
 
     /// All entities whose world box touches `aabb`, in ascending order, written over `entities`.

@@ -118,7 +118,7 @@ impl SpatialIndex {
         if linked && self.tree.len() == self.entries.len() {
             Ok(())
         } else {
-            Err(BrokenInvariant::LostNodes)
+            Err(BrokenInvariant::Lost)
         }
     }
 

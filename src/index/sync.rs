@@ -233,6 +233,9 @@ impl Reconciler<'_> {
         item: &IndexedItem,
         mesh: Option<AssetId<Mesh>>,
     ) -> Result<Option<(Aabb3d, EntryData)>, Refusal> {
+        if item.aabb.is_none() && mesh.is_none() {
+            return Ok(None);
+        }
         let world_from_local = item.transform.affine();
         if !world_from_local.is_finite() {
             return Err(Refusal::Transform);

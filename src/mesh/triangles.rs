@@ -52,7 +52,8 @@ pub enum UnusableMesh {
 /// The triangles of a mesh with what a hit reports of them: a copy of the data of the mesh.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
-    positions: Vec<Vec3>,
+    /// Three for each triangle, side by side: a test of a triangle then loads one stretch of memory.
+    corners: Vec<[Vec3; 3]>,
     /// Empty if the mesh has none.
     normals: Vec<[f32; 3]>,
     /// Empty if the mesh has none.
@@ -97,7 +98,7 @@ impl TriangleMesh {
         };
         let positions = values.as_float3().ok_or(UnusableMesh::PositionFormat(values.into()))?;
 
-        let vertices: Vec<[u32; 3]> = match (mesh.try_indices_option().ok().flatten(), topology) {
+        let numbered: Vec<Triangle> = match (mesh.try_indices_option().ok().flatten(), topology) {
             (None, PrimitiveTopology::TriangleStrip) => strip(0..positions.len() as u32, None),
             (None, _) => list(0..positions.len() as u32),
             (Some(Indices::U16(indices)), PrimitiveTopology::TriangleStrip) => {
@@ -110,24 +111,22 @@ impl TriangleMesh {
             (Some(Indices::U32(indices)), _) => list(indices.iter().copied()),
         };
 
-        let is_sound = |[a, b, c]: &[u32; 3]| {
-            [a, b, c]
-                .into_iter()
-                .all(|&i| positions.get(i as usize).is_some_and(|p| Vec3::from(*p).is_finite()))
+        let is_sound = |triangle: &Triangle| {
+            triangle.vertices.into_iter().all(|vertex| {
+                let position = positions.get(vertex as usize);
+                position.is_some_and(|position| Vec3::from(*position).is_finite())
+            })
         };
-        let all = vertices.len();
-        let triangles: Vec<Triangle> = (0..)
-            .zip(vertices)
-            .filter(|(_, vertices)| is_sound(vertices))
-            .map(|(number, vertices)| Triangle { vertices, number })
-            .collect();
-        let corners = triangles
+        let all = numbered.len();
+        let triangles: Vec<Triangle> = numbered.into_iter().filter(is_sound).collect();
+        let corners: Vec<[Vec3; 3]> = triangles
             .iter()
-            .flat_map(|triangle| triangle.vertices)
-            .map(|vertex| Vec3A::from_array(positions[vertex as usize]));
-        let aabb = Aabb3d::enclosing(corners).ok_or(UnusableMesh::NoTriangles)?;
+            .map(|triangle| triangle.vertices.map(|vertex| positions[vertex as usize].into()))
+            .collect();
+        let aabb = Aabb3d::enclosing(corners.as_flattened().iter().map(|&corner| corner.into()))
+            .ok_or(UnusableMesh::NoTriangles)?;
         Ok(Self {
-            positions: positions.iter().map(|&p| p.into()).collect(),
+            corners,
             normals: match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
                 Ok(VertexAttributeValues::Float32x3(normals)) => normals.clone(),
                 _ => Vec::new(),
@@ -190,7 +189,7 @@ impl TriangleMesh {
 
     /// The corners of the triangle that was hit.
     pub fn triangle(&self, hit: &TriangleHit) -> [Vec3; 3] {
-        self.corners(hit.slot).map(Vec3::from)
+        self.corners[hit.slot as usize]
     }
 
     /// The normal at the hit: interpolated from the vertices, of any length; without vertex normals, that of the
@@ -229,9 +228,7 @@ impl TriangleMesh {
 
     #[inline]
     pub(super) fn corners(&self, slot: u32) -> [Vec3A; 3] {
-        self.triangles[slot as usize]
-            .vertices
-            .map(|vertex| self.positions[vertex as usize].into())
+        self.corners[slot as usize].map(Vec3A::from)
     }
 
     #[inline]
@@ -246,9 +243,15 @@ impl TriangleMesh {
 
     /// This mesh with its triangles in another order of slots: the new slot `i` holds the old slot `order[i]`.
     pub(super) fn reordered(&self, order: impl Iterator<Item = u32>) -> Self {
+        let (corners, triangles) = order
+            .map(|slot| (self.corners[slot as usize], self.triangles[slot as usize]))
+            .unzip();
         Self {
-            triangles: order.map(|slot| self.triangles[slot as usize]).collect(),
-            ..self.clone()
+            corners,
+            triangles,
+            normals: self.normals.clone(),
+            uvs: self.uvs.clone(),
+            ..*self
         }
     }
 }
@@ -262,30 +265,30 @@ pub(super) fn nearer(best: Option<TriangleHit>, hit: TriangleHit) -> Option<Tria
     }
 }
 
-fn list(indices: impl Iterator<Item = u32>) -> Vec<[u32; 3]> {
-    let mut indices = indices;
-    std::iter::from_fn(|| Some([indices.next()?, indices.next()?, indices.next()?])).collect()
+fn list(mut indices: impl Iterator<Item = u32>) -> Vec<Triangle> {
+    (0..)
+        .map_while(|number| {
+            let vertices = [indices.next()?, indices.next()?, indices.next()?];
+            Some(Triangle { vertices, number })
+        })
+        .collect()
 }
 
 /// The triangles of a strip: every second one is turned round, so that all face one way.
-fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<[u32; 3]> {
+fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<Triangle> {
     let indices: Vec<u32> = indices.collect();
     let mut since_restart = 0;
-    indices
-        .windows(3)
-        .map(|window| {
-            let &[a, b, c] = window else {
-                unreachable!("windows of three")
-            };
-            if window.iter().any(|index| Some(*index) == restart) {
-                since_restart = 0;
-                // Kept, to be left out with the other bad indices, so that the numbers of the others stay right.
-                return [u32::MAX; 3];
-            }
-            since_restart += 1;
-            if since_restart % 2 == 1 { [a, b, c] } else { [b, a, c] }
-        })
-        .collect()
+    let triangle = |(number, window): (u32, &[u32])| {
+        if window.iter().any(|index| Some(*index) == restart) {
+            since_restart = 0;
+            return None;
+        }
+        since_restart += 1;
+        let (a, b, c) = (window[0], window[1], window[2]);
+        let vertices = if since_restart % 2 == 1 { [a, b, c] } else { [b, a, c] };
+        Some(Triangle { vertices, number })
+    };
+    (0..).zip(indices.windows(3)).filter_map(triangle).collect()
 }
 
 /// The sum of three values, each weighted by a barycentric coordinate.

@@ -2,7 +2,9 @@
 //!
 //! Reports what Bevy's backend reports, for every pointer and camera: the same entities by the same rules
 //! ([`Pickable`], [`MeshPickingSettings`], [`MeshPickingCamera`], render layers, camera order, `SimplifiedMesh`,
-//! `RayCastBackfaces`, visibility), with unit normals, and with the whole [`RayHit`] in
+//! `RayCastBackfaces`, visibility). Beyond that it picks what Bevy's backend misses: triangle strips, tiny triangles, a
+//! `SimplifiedMesh` that sticks out of the drawn mesh, and meshes without an `Aabb` (`NoFrustumCulling`). Normals have
+//! unit length and are right under every scale, and the whole [`RayHit`] is in
 //! [`HitData::extra`](bevy::picking::backend::HitData::extra):
 //!
 //! ```

@@ -12,6 +12,7 @@ pub mod aabb_tree;
 pub(crate) mod binned_sah;
 pub mod brute_force;
 pub mod query;
+pub(crate) mod wide;
 
 pub use aabb_tree::{AabbTree, LeafId};
 pub use brute_force::BruteForce;

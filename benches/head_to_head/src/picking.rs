@@ -1,6 +1,10 @@
 //! Picking: the whole backend system against Bevy's whole backend system, for one pointer.
+//!
+//! In a turn each side runs for [`TURN`] rays, one run of the system for each: a pointer that moves about. The cases that
+//! end in `-cold` give each side one ray a turn, so that ours always runs just after Bevy's has gone through the whole
+//! world and has driven everything else out of the caches.
 
-use std::f32::consts::TAU;
+use std::{f32::consts::TAU, time::Duration};
 
 use bevy::{
     camera::CameraPlugin,
@@ -31,6 +35,8 @@ use crate::{
 };
 
 const PEER: &str = "bevy_picking 0.19.1";
+/// Rays in a turn.
+const TURN: usize = 16;
 
 pub(crate) fn run(effort: Effort) {
     let sizes: &[(&str, usize)] = match effort {
@@ -44,6 +50,9 @@ pub(crate) fn run(effort: Effort) {
         Bench::with_one_mesh().run("picking/one-mesh-1M", 100);
     }
 }
+
+/// What was picked, with its depth.
+type Picks = Vec<(Entity, f32)>;
 
 /// A world that both backends look at, and the rays of a pointer through it.
 struct Bench {
@@ -153,23 +162,32 @@ impl Bench {
         self.app.update();
     }
 
-    fn run(mut self, case: &str, rounds: usize) {
+    fn run(mut self, case: &str, rays: usize) {
+        self.compare(case, rays / TURN, TURN);
+        self.compare(&format!("{case}-cold"), rays, 1);
+    }
+
+    fn compare(&mut self, case: &str, turns: usize, rays_per_turn: usize) {
         let (ours, peer) = (self.ours, self.peer);
-        compare(
-            case,
-            PEER,
-            rounds,
-            &mut self,
-            |bench, round| bench.pick(ours, round),
-            |bench, round| bench.pick(peer, round),
-            |ours, peer| same_picks(ours, peer),
-        );
+        let side =
+            |backend| move |bench: &mut Self, turn| bench.pick_in_turn(backend, turn * rays_per_turn, rays_per_turn);
+        compare(case, PEER, turns, self, side(ours), side(peer), |ours, peer| {
+            let differ = ours.iter().zip(peer).filter(|(ours, peer)| !same_picks(ours, peer));
+            (differ.count(), ours.len())
+        });
+    }
+
+    /// Runs a backend for each ray of a turn, and returns the mean time and the picks of each.
+    fn pick_in_turn(&mut self, backend: SystemId, first: usize, rays: usize) -> (Duration, Vec<Picks>) {
+        let (times, picks): (Vec<Duration>, Vec<Picks>) =
+            (first..first + rays).map(|ray| self.pick(backend, ray)).unzip();
+        (times.iter().sum::<Duration>() / rays as u32, picks)
     }
 
     /// Runs a backend for one ray, and returns its picks.
-    fn pick(&mut self, backend: SystemId, round: usize) -> (std::time::Duration, Vec<(Entity, f32)>) {
+    fn pick(&mut self, backend: SystemId, ray: usize) -> (Duration, Picks) {
         let world = self.app.world_mut();
-        let ray = self.rays[round % self.rays.len()];
+        let ray = self.rays[ray % self.rays.len()];
         world.resource_mut::<RayMap>().map.insert(self.ray_id, ray);
         world.resource_mut::<Messages<PointerHits>>().clear();
         let (duration, result) = time(|| world.run_system(backend));
@@ -184,7 +202,7 @@ impl Bench {
 }
 
 /// The same entities in the same order, at the same depths.
-fn same_picks(ours: &Vec<(Entity, f32)>, peer: &Vec<(Entity, f32)>) -> bool {
+fn same_picks(ours: &Picks, peer: &Picks) -> bool {
     ours.len() == peer.len()
         && ours
             .iter()

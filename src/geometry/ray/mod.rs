@@ -99,7 +99,7 @@ impl Ray {
     /// micrometre for a mesh of some metres, which is much for a ray that starts a millimetre before it.
     pub fn plane_intersection_under(&self, transform: &DAffine3, triangle: [Vec3; 3]) -> Option<f32> {
         let (origin, direction) = self.exactly_under(transform);
-        let [a, b, c] = triangle.map(|corner| corner.as_dvec3());
+        let [a, b, c] = triangle.map(Vec3::as_dvec3);
         let normal = (b - a).cross(c - a);
         let t = normal.dot(a - origin) / normal.dot(direction);
         t.is_finite().then_some(t as f32)

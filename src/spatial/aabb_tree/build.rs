@@ -1,14 +1,13 @@
 //! Building the whole tree at once.
 
-use super::{
-    AabbTree, LeafId,
-    node::{Node, NodeIndex, NodeKind},
-};
+use bevy::math::bounding::Aabb3d;
+
+use super::{AabbTree, LeafId, Place};
 use crate::spatial::{
     UnsoundBox,
-    binned_sah::{self, BuildItem},
+    binned_sah::BuildItem,
+    wide::{self, Child},
 };
-use bevy::math::bounding::Aabb3d;
 
 impl<K: Copy> AabbTree<K> {
     /// Adds many leaves, and returns for each its id, or why it was refused.
@@ -17,71 +16,62 @@ impl<K: Copy> AabbTree<K> {
     /// are new.
     pub fn insert_many(&mut self, leaves: impl IntoIterator<Item = (K, Aabb3d)>) -> Vec<Result<LeafId, UnsoundBox>> {
         let present = self.leaves.len() - self.free_leaves.len();
-        let ids: Vec<_> = leaves.into_iter().map(|(key, aabb)| self.add_leaf(key, aabb)).collect();
-        let added = ids.iter().flatten();
-        if ids.len() >= present {
-            let old = (0..self.leaves.len() as u32).filter_map(|index| self.id(index));
-            let all: Vec<u32> = old.chain(added.copied()).map(|id| id.index).collect();
-            self.build(&all);
+        let mut new = Vec::new();
+        let ids: Vec<_> = leaves
+            .into_iter()
+            .map(|(key, aabb)| {
+                let id = self.add_leaf(key, &aabb)?;
+                new.push(BuildItem { aabb, index: id.index });
+                Ok(id)
+            })
+            .collect();
+        if new.len() >= present {
+            new.extend(self.items());
+            self.build(new);
         } else {
-            for id in added {
-                self.link(id.index, self.leaves[id.index as usize].aabb);
+            for item in new {
+                self.link(item.index, &item.aabb);
             }
         }
         ids
     }
 
-    /// Builds the whole tree anew over the leaves that it has: tight boxes, and the best quality that this tree knows.
+    /// Builds the whole tree anew over the leaves that it has, at the best quality that this tree knows.
     pub fn rebuild(&mut self) {
-        let all: Vec<u32> = (0..self.leaves.len() as u32)
-            .filter(|&index| self.id(index).is_some())
-            .collect();
-        self.build(&all);
+        self.build(self.items().collect());
     }
 
-    /// Replaces all nodes by a tree over the given leaves, top down by the binned surface area heuristic.
-    fn build(&mut self, leaves: &[u32]) {
-        self.nodes.clear();
-        self.free_nodes.clear();
-        self.root = None;
-        let mut items: Vec<BuildItem> = leaves
-            .iter()
-            .map(|&index| BuildItem {
-                aabb: self.leaves[index as usize].aabb,
+    /// All leaves that are in the tree.
+    fn items(&self) -> impl Iterator<Item = BuildItem> + '_ {
+        self.linked_leaves().map(|index| {
+            let place = self.leaves[index as usize].place.expect("a linked leaf");
+            BuildItem {
+                aabb: self.nodes[place.node as usize].aabb(place.lane as usize),
                 index,
-            })
-            .collect();
-        if items.is_empty() {
-            return;
-        }
+            }
+        })
+    }
 
-        let end = items.len();
-        let mut ranges: Vec<(std::ops::Range<usize>, Option<NodeIndex>)> = vec![(0..end, None)];
-        while let Some((range, parent)) = ranges.pop() {
-            let items = &mut items[range.clone()];
-            let node = self.nodes.len() as NodeIndex;
-            let kind = if let [item] = items {
-                self.leaves[item.index as usize].node = Some(node);
-                NodeKind::Leaf(item.index)
-            } else {
-                let middle = range.start + binned_sah::partition(items);
-                ranges.push((middle..range.end, Some(node)));
-                ranges.push((range.start..middle, Some(node)));
-                // The children put themselves in place when their turn comes: the first follows at once.
-                NodeKind::Inner([node + 1; 2])
-            };
-            self.nodes.push(Node {
-                aabb: binned_sah::bounds(items),
-                kind,
-                parent,
+    /// Replaces all nodes by a hierarchy over the given leaves.
+    fn build(&mut self, mut items: Vec<BuildItem>) {
+        let leaves = &mut self.leaves;
+        self.nodes = wide::build(&mut items, 1, |items, _, node, lane| {
+            let index = items[0].index;
+            leaves[index as usize].place = Some(Place {
+                node,
+                lane: lane as u32,
             });
-            if let Some(parent) = parent
-                && parent + 1 != node
-                && let NodeKind::Inner(children) = &mut self.nodes[parent as usize].kind
-            {
-                children[1] = node;
+            index
+        });
+        self.free_nodes.clear();
+        self.root = (!self.nodes.is_empty()).then_some(0);
+        self.parents = vec![None; self.nodes.len()];
+        for (node, lanes) in (0..).zip(&self.nodes) {
+            for (lane, (_, child)) in (0..).zip(lanes.lanes()) {
+                if let Child::Node(child) = child {
+                    self.parents[child as usize] = Some(Place { node, lane });
+                }
             }
         }
-        self.root = Some(0);
     }
 }

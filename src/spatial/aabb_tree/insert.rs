@@ -1,128 +1,185 @@
-//! Linking a leaf into the tree, and taking it out.
+//! Linking a leaf into the tree, and taking it out: the operations of an R-tree (Guttman 1984).
 
 use bevy::math::bounding::{Aabb3d, BoundingVolume};
+use smallvec::SmallVec;
 
-use super::{
-    AabbTree,
-    node::{Node, NodeIndex, NodeKind},
+use super::{AabbTree, Place};
+use crate::{
+    geometry::aabb::{EMPTY, union},
+    spatial::wide::{Child, LANES, NodeIndex, WideNode},
 };
-use crate::geometry::aabb::union;
+
+/// A node that overflows is split so that each half keeps at least this many.
+const LEAST_FILL: usize = 3;
 
 impl<K: Copy> AabbTree<K> {
-    /// Gives a leaf a node with the box `aabb`, beside the best sibling.
-    pub(super) fn link(&mut self, leaf: u32, aabb: Aabb3d) {
-        let sibling = self.best_sibling(&aabb);
-        let node = self.add_node(Node {
-            aabb,
-            kind: NodeKind::Leaf(leaf),
-            parent: None,
-        });
-        self.leaves[leaf as usize].node = Some(node);
-        let Some(sibling) = sibling else {
-            self.root = Some(node);
-            return;
+    /// Puts a leaf that is not in the tree into it, with the box `aabb`.
+    pub(super) fn link(&mut self, leaf: u32, aabb: &Aabb3d) {
+        let node = match self.root {
+            Some(root) => self.choose_node(root, aabb),
+            None => {
+                let root = self.add_node(WideNode::EMPTY, None);
+                self.root = Some(root);
+                root
+            }
         };
-
-        // Put a new inner node where the sibling was, with both below it.
-        let old_parent = self.nodes[sibling as usize].parent;
-        let parent = self.add_node(Node {
-            aabb: union(&aabb, &self.nodes[sibling as usize].aabb),
-            kind: NodeKind::Inner([sibling, node]),
-            parent: old_parent,
-        });
-        self.replace_child(old_parent, sibling, parent);
-        self.nodes[sibling as usize].parent = Some(parent);
-        self.nodes[node as usize].parent = Some(parent);
-        self.refit_above(parent);
+        self.add_child(node, aabb, Child::Leaf(leaf));
     }
 
-    /// Takes the node of a leaf out of the tree.
-    pub(super) fn unlink(&mut self, leaf: u32) {
-        let node = self.leaves[leaf as usize]
-            .node
-            .take()
-            .expect("only a leaf with a node is unlinked");
-        self.free_nodes.push(node);
-        let Some(parent) = self.nodes[node as usize].parent else {
-            self.root = None;
-            return;
-        };
-
-        // The sibling takes the place of the parent.
-        let grandparent = self.nodes[parent as usize].parent;
-        let sibling = self.sibling(parent, node);
-        self.replace_child(grandparent, parent, sibling);
-        self.nodes[sibling as usize].parent = grandparent;
-        self.free_nodes.push(parent);
-        self.refit_above(sibling);
-    }
-
-    /// The node beside which `aabb` costs least, or `None` in an empty tree.
-    ///
-    /// A greedy descent by the surface area heuristic (Catto, *Dynamic Bounding Volume Hierarchies*, GDC 2019): going
-    /// down costs what every box on the way grows by, and stops where no child promises less than the node itself.
-    fn best_sibling(&self, aabb: &Aabb3d) -> Option<NodeIndex> {
-        let mut node = self.root?;
-        let new_area = aabb.visible_area();
-        // What the ancestors of `node` grow by, in area.
-        let mut inherited = 0.0;
+    /// The node to put a box into: from the root on, always down the child that grows least in area, as far as that
+    /// is a node.
+    fn choose_node(&self, root: NodeIndex, aabb: &Aabb3d) -> NodeIndex {
+        let mut node = root;
         loop {
-            let here = &self.nodes[node as usize];
-            let NodeKind::Inner(children) = here.kind else {
-                return Some(node);
-            };
-            let area_here = union(&here.aabb, aabb).visible_area();
-            let cost_here = area_here + inherited;
-            inherited += area_here - here.aabb.visible_area();
-
-            let [first, second] = children.map(|child| {
-                let child = &self.nodes[child as usize];
-                let joined = union(&child.aabb, aabb).visible_area();
-                match child.kind {
-                    NodeKind::Leaf(_) => joined + inherited,
-                    // The least that any place below can cost.
-                    NodeKind::Inner(_) => joined - child.aabb.visible_area() + new_area + inherited,
-                }
-            });
-            if cost_here <= first && cost_here <= second {
-                return Some(node);
+            let least_grown = self.nodes[node as usize]
+                .lanes()
+                .map(|(child_aabb, child)| {
+                    let area = child_aabb.visible_area();
+                    let growth = union(&child_aabb, aabb).visible_area() - area;
+                    (growth, area, child)
+                })
+                .min_by(|a, b| (a.0.total_cmp(&b.0)).then(a.1.total_cmp(&b.1)));
+            match least_grown {
+                Some((_, _, Child::Node(child))) => node = child,
+                _ => return node,
             }
-            node = children[usize::from(second < first)];
         }
     }
 
-    /// Makes `new` the child of `parent` in place of `old`; without a parent, the root.
-    pub(super) fn replace_child(&mut self, parent: Option<NodeIndex>, old: NodeIndex, new: NodeIndex) {
-        match parent {
-            None => self.root = Some(new),
+    /// Adds a child to a node, which is split if it is full, and mends everything above.
+    fn add_child(&mut self, node: NodeIndex, aabb: &Aabb3d, child: Child) {
+        if !self.nodes[node as usize].is_full() {
+            let lane = self.nodes[node as usize].push(aabb, child);
+            self.set_place(
+                child,
+                Place {
+                    node,
+                    lane: lane as u32,
+                },
+            );
+            self.refit_above(node);
+            return;
+        }
+
+        // Share the children out among this node and a new one beside it.
+        let mut children: SmallVec<[(Aabb3d, Child); LANES + 1]> = self.nodes[node as usize].lanes().collect();
+        children.push((*aabb, child));
+        let second_half = split(&mut children);
+        let beside = self.add_node(WideNode::EMPTY, None);
+        self.fill(node, &children[..second_half]);
+        self.fill(beside, &children[second_half..]);
+
+        let beside_bounds = self.nodes[beside as usize].bounds();
+        match self.parents[node as usize] {
             Some(parent) => {
-                let NodeKind::Inner(children) = &mut self.nodes[parent as usize].kind else {
-                    unreachable!("a parent is an inner node");
-                };
-                let slot = usize::from(children[1] == old);
-                children[slot] = new;
+                self.refit_above(node);
+                self.add_child(parent.node, &beside_bounds, Child::Node(beside));
+            }
+            None => {
+                let node_bounds = self.nodes[node as usize].bounds();
+                let root = self.add_node(WideNode::EMPTY, None);
+                self.fill(
+                    root,
+                    &[(node_bounds, Child::Node(node)), (beside_bounds, Child::Node(beside))],
+                );
+                self.root = Some(root);
             }
         }
     }
 
-    /// The other child of `parent`.
-    pub(super) fn sibling(&self, parent: NodeIndex, child: NodeIndex) -> NodeIndex {
-        let NodeKind::Inner([first, second]) = self.nodes[parent as usize].kind else {
-            unreachable!("a parent is an inner node");
-        };
-        if first == child { second } else { first }
+    /// Takes a leaf out of the tree.
+    pub(super) fn unlink(&mut self, leaf: u32) {
+        let place = self.leaves[leaf as usize]
+            .place
+            .take()
+            .expect("only a leaf in the tree is unlinked");
+        self.remove_child(place);
     }
 
-    fn add_node(&mut self, node: Node) -> NodeIndex {
+    /// Removes a child of a node, and dissolves the node if fewer than two children are left.
+    fn remove_child(&mut self, Place { node, lane }: Place) {
+        let lanes = &mut self.nodes[node as usize];
+        lanes.swap_remove(lane as usize);
+        if (lane as usize) < lanes.len() {
+            let moved = lanes.child(lane as usize);
+            self.set_place(moved, Place { node, lane });
+        }
+
+        let lanes = &self.nodes[node as usize];
+        match (lanes.len(), self.parents[node as usize]) {
+            (0, None) => {
+                self.root = None;
+                self.free_nodes.push(node);
+            }
+            (1, Some(parent)) => {
+                // The last child takes the place of the node.
+                let (aabb, child) = (lanes.aabb(0), lanes.child(0));
+                self.free_nodes.push(node);
+                self.nodes[parent.node as usize].set(parent.lane as usize, &aabb, child);
+                self.set_place(child, parent);
+                self.refit_above(parent.node);
+            }
+            (1, None) if let Child::Node(child) = lanes.child(0) => {
+                self.free_nodes.push(node);
+                self.parents[child as usize] = None;
+                self.root = Some(child);
+            }
+            _ => self.refit_above(node),
+        }
+    }
+
+    /// Gives a node these children and no others.
+    fn fill(&mut self, node: NodeIndex, children: &[(Aabb3d, Child)]) {
+        self.nodes[node as usize] = WideNode::EMPTY;
+        for (lane, (aabb, child)) in (0..).zip(children) {
+            self.nodes[node as usize].push(aabb, *child);
+            self.set_place(*child, Place { node, lane });
+        }
+    }
+
+    fn set_place(&mut self, child: Child, place: Place) {
+        match child {
+            Child::Node(node) => self.parents[node as usize] = Some(place),
+            Child::Leaf(leaf) => self.leaves[leaf as usize].place = Some(place),
+        }
+    }
+
+    fn add_node(&mut self, node: WideNode, parent: Option<Place>) -> NodeIndex {
         match self.free_nodes.pop() {
             Some(index) => {
                 self.nodes[index as usize] = node;
+                self.parents[index as usize] = parent;
                 index
             }
             None => {
                 self.nodes.push(node);
+                self.parents.push(parent);
                 (self.nodes.len() - 1) as NodeIndex
             }
         }
     }
+}
+
+/// Orders the children of an overflowing node so that those before and those after the returned index have the least
+/// area between them, among all cuts across an axis.
+fn split(children: &mut [(Aabb3d, Child)]) -> usize {
+    let by_axis =
+        |axis: usize| move |a: &(Aabb3d, Child), b: &(Aabb3d, Child)| a.0.center()[axis].total_cmp(&b.0.center()[axis]);
+    let area = |part: &[(Aabb3d, Child)]| {
+        let bounds = part.iter().fold(EMPTY, |bounds, (aabb, _)| union(&bounds, aabb));
+        bounds.visible_area() * part.len() as f32
+    };
+    let mut best = (f32::INFINITY, 0, children.len() / 2);
+    for axis in 0..3 {
+        children.sort_unstable_by(by_axis(axis));
+        for cut in LEAST_FILL..=children.len() - LEAST_FILL {
+            let cost = area(&children[..cut]) + area(&children[cut..]);
+            if cost < best.0 {
+                best = (cost, axis, cut);
+            }
+        }
+    }
+    let (_, axis, cut) = best;
+    children.sort_unstable_by(by_axis(axis));
+    cut
 }

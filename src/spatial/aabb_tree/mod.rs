@@ -1,17 +1,16 @@
 //! A dynamic tree of axis-aligned boxes.
 //!
-//! A binary bounding volume hierarchy (Ericson, *Real-Time Collision Detection*, 2005, §6.6.2): leaves hold the boxes
-//! that were stored, each inner node the box around its two children. It is built at once from many boxes
-//! ([`build`]), or grows and shrinks one by one ([`insert`]); either way the surface area heuristic decides.
+//! A bounding volume hierarchy (Ericson, *Real-Time Collision Detection*, 2005, §6) with nodes of eight children, as an
+//! R-tree has them (Guttman 1984). It is built at once from many boxes ([`AabbTree::insert_many`]), or grows and shrinks
+//! one by one ([`AabbTree::insert`]); either way surface areas decide what goes together.
 //!
 //! # Margins
 //!
-//! A leaf that moves gets a *node* box grown by a margin, so that the next small moves stay inside of it and cost
-//! nothing but a copy. Queries test the exact box, which the leaf keeps beside its node: the margin never shows.
+//! A leaf that moves stays in its node, and the boxes above are fitted to it, until it has left the box that it was
+//! inserted with by a margin: then it is inserted anew, where it belongs by now. Queries always see the exact boxes.
 
 mod build;
 mod insert;
-mod node;
 mod refit;
 mod traverse;
 mod validate;
@@ -23,8 +22,10 @@ use bevy::math::{
     bounding::{Aabb3d, BoundingVolume},
 };
 
-use self::node::{Leaf, Node, NodeIndex};
-use super::{NoSuchLeaf, UnsoundBox};
+use super::{
+    NoSuchLeaf, UnsoundBox,
+    wide::{NodeIndex, WideNode},
+};
 use crate::geometry::aabb::Aabb3dExt;
 
 /// A leaf of one [`AabbTree`]. Stays valid until the leaf is removed, whatever happens to other leaves.
@@ -36,14 +37,36 @@ pub struct LeafId {
 }
 
 /// A dynamic tree of axis-aligned boxes, each with a key of type `K`. See the [module](self).
+///
+/// Holds up to 2³¹ leaves.
 #[derive(Clone, Debug)]
 pub struct AabbTree<K> {
-    nodes: Vec<Node>,
+    nodes: Vec<WideNode>,
+    /// Where each node is held; `None` for the root.
+    parents: Vec<Option<Place>>,
     free_nodes: Vec<NodeIndex>,
-    leaves: Vec<Leaf<K>>,
+    leaves: Vec<Leaf>,
+    /// The key of each leaf: apart from the rest, for queries need nothing else.
+    keys: Vec<K>,
     free_leaves: Vec<u32>,
     root: Option<NodeIndex>,
     margin: f32,
+}
+
+/// A lane of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    node: NodeIndex,
+    lane: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Leaf {
+    /// `None` while the leaf is not in the tree.
+    place: Option<Place>,
+    generation: u32,
+    /// The leaf is inserted anew when it leaves this box.
+    allowance: Aabb3d,
 }
 
 impl<K: Copy> Default for AabbTree<K> {
@@ -54,9 +77,9 @@ impl<K: Copy> Default for AabbTree<K> {
 
 impl<K: Copy> AabbTree<K> {
     /// The margin of [`AabbTree::default`].
-    pub const DEFAULT_MARGIN: f32 = 0.1;
+    pub const DEFAULT_MARGIN: f32 = 0.5;
 
-    /// An empty tree, whose moving leaves get a margin of `margin` times the longest side of their box.
+    /// An empty tree. A leaf may move by `margin` times the longest side of its box before it is inserted anew.
     ///
     /// # Panics
     ///
@@ -68,8 +91,10 @@ impl<K: Copy> AabbTree<K> {
         );
         Self {
             nodes: Vec::new(),
+            parents: Vec::new(),
             free_nodes: Vec::new(),
             leaves: Vec::new(),
+            keys: Vec::new(),
             free_leaves: Vec::new(),
             root: None,
             margin,
@@ -82,8 +107,8 @@ impl<K: Copy> AabbTree<K> {
     ///
     /// If the box is not [sound](Aabb3dExt::is_sound); the tree stays as it was.
     pub fn insert(&mut self, key: K, aabb: Aabb3d) -> Result<LeafId, UnsoundBox> {
-        let id = self.add_leaf(key, aabb)?;
-        self.link(id.index, aabb);
+        let id = self.add_leaf(key, &aabb)?;
+        self.link(id.index, &aabb);
         Ok(id)
     }
 
@@ -93,13 +118,10 @@ impl<K: Copy> AabbTree<K> {
     ///
     /// If there is no such leaf.
     pub fn remove(&mut self, id: LeafId) -> Result<K, NoSuchLeaf> {
-        let index = self.live(id)?;
-        self.unlink(index);
-        let leaf = &mut self.leaves[index as usize];
-        leaf.node = None;
-        leaf.generation = leaf.generation.wrapping_add(1);
-        self.free_leaves.push(index);
-        Ok(leaf.key)
+        self.place(id)?;
+        self.unlink(id.index);
+        self.retire(id.index);
+        Ok(self.keys[id.index as usize])
     }
 
     /// Moves a leaf to a new box.
@@ -108,109 +130,115 @@ impl<K: Copy> AabbTree<K> {
     ///
     /// If there is no such leaf, or if the box is not [sound](Aabb3dExt::is_sound): then the old one stays.
     pub fn update(&mut self, id: LeafId, aabb: Aabb3d) -> Result<(), UpdateError> {
-        let index = self.live(id)?;
+        let place = self.place(id)?;
         if !aabb.is_sound() {
             return Err(UnsoundBox(aabb).into());
         }
-        let leaf = &mut self.leaves[index as usize];
-        leaf.aabb = aabb;
-        let node = leaf.node.expect("a live leaf has a node");
-        if !self.nodes[node as usize].aabb.contains(&aabb) || self.is_too_loose(node, &aabb) {
-            self.unlink(index);
-            let margin = Vec3A::splat((aabb.max - aabb.min).max_element() * self.margin);
-            let loose = Aabb3d {
-                min: aabb.min - margin,
-                max: aabb.max + margin,
-            };
-            self.link(index, if loose.is_sound() { loose } else { aabb });
+        if self.leaves[id.index as usize].allowance.contains(&aabb) {
+            self.nodes[place.node as usize].set_aabb(place.lane as usize, &aabb);
+            self.refit_above(place.node);
+        } else {
+            self.unlink(id.index);
+            self.leaves[id.index as usize].allowance = self.allowance(&aabb);
+            self.link(id.index, &aabb);
         }
         Ok(())
     }
 
     /// Removes all leaves, and keeps the memory.
     pub fn clear(&mut self) {
-        for leaf in 0..self.leaves.len() as u32 {
-            if let Some(id) = self.id(leaf) {
-                self.free_leaves.push(id.index);
-                let leaf = &mut self.leaves[leaf as usize];
-                leaf.node = None;
-                leaf.generation = leaf.generation.wrapping_add(1);
+        for index in 0..self.leaves.len() as u32 {
+            if self.leaves[index as usize].place.take().is_some() {
+                self.retire(index);
             }
         }
         self.nodes.clear();
+        self.parents.clear();
         self.free_nodes.clear();
         self.root = None;
     }
 
     /// The key of a leaf, or `None` if there is no such leaf.
     pub fn key(&self, id: LeafId) -> Option<K> {
-        self.live(id).ok().map(|index| self.leaves[index as usize].key)
+        self.place(id).ok().map(|_| self.keys[id.index as usize])
     }
 
     /// The box of a leaf as it was last given, or `None` if there is no such leaf.
     pub fn aabb(&self, id: LeafId) -> Option<Aabb3d> {
-        self.live(id).ok().map(|index| self.leaves[index as usize].aabb)
+        let place = self.place(id).ok()?;
+        Some(self.nodes[place.node as usize].aabb(place.lane as usize))
     }
 
-    /// The surface area cost: the expected number of nodes that a random ray through the bounds visits.
+    /// The surface area cost: the expected number of boxes that a random ray through the bounds meets.
     ///
-    /// The sum of the areas of all nodes over the area of the root (MacDonald and Booth 1990). Zero if the tree is
+    /// The sum of the areas of all boxes over the area of the bounds (MacDonald and Booth 1990). Zero if the tree is
     /// empty or all its boxes are flat in two directions.
     pub fn sah_cost(&self) -> f32 {
         let Some(root) = self.root else { return 0.0 };
-        let area = |node: &Node| f64::from(node.aabb.visible_area());
-        let total: f64 = self.linked_nodes().map(|node| area(&self.nodes[node as usize])).sum();
-        let whole = area(&self.nodes[root as usize]);
+        let area = |aabb: &Aabb3d| f64::from(aabb.visible_area());
+        let total: f64 = self
+            .linked_nodes()
+            .flat_map(|node| self.nodes[node as usize].lanes())
+            .map(|(aabb, _)| area(&aabb))
+            .sum();
+        let whole = area(&self.nodes[root as usize].bounds());
         if whole > 0.0 { (total / whole) as f32 } else { 0.0 }
     }
 
-    /// Whether a node box is so much larger than what it holds that it should be fitted again: a thing that shrank.
-    fn is_too_loose(&self, node: NodeIndex, aabb: &Aabb3d) -> bool {
-        let node_size = {
-            let node = &self.nodes[node as usize].aabb;
-            (node.max - node.min).max_element()
-        };
-        let allowed = 1.0 + 4.0 * self.margin;
-        node_size > allowed * (aabb.max - aabb.min).max_element()
-    }
-
     /// Stores a leaf without linking it into the tree.
-    fn add_leaf(&mut self, key: K, aabb: Aabb3d) -> Result<LeafId, UnsoundBox> {
+    fn add_leaf(&mut self, key: K, aabb: &Aabb3d) -> Result<LeafId, UnsoundBox> {
         if !aabb.is_sound() {
-            return Err(UnsoundBox(aabb));
+            return Err(UnsoundBox(*aabb));
         }
-        let index = self.free_leaves.pop().unwrap_or(self.leaves.len() as u32);
-        if index as usize == self.leaves.len() {
-            self.leaves.push(Leaf {
-                key,
-                aabb,
-                node: None,
-                generation: 0,
-            });
-        }
-        let leaf = &mut self.leaves[index as usize];
-        (leaf.key, leaf.aabb) = (key, aabb);
+        let allowance = self.allowance(aabb);
+        let index = match self.free_leaves.pop() {
+            Some(index) => {
+                self.keys[index as usize] = key;
+                self.leaves[index as usize].allowance = allowance;
+                index
+            }
+            None => {
+                self.keys.push(key);
+                self.leaves.push(Leaf {
+                    place: None,
+                    generation: 0,
+                    allowance,
+                });
+                (self.leaves.len() - 1) as u32
+            }
+        };
         Ok(LeafId {
             index,
-            generation: leaf.generation,
+            generation: self.leaves[index as usize].generation,
         })
     }
 
-    /// The index of a leaf that is in the tree.
-    fn live(&self, id: LeafId) -> Result<u32, NoSuchLeaf> {
-        match self.leaves.get(id.index as usize) {
-            Some(leaf) if leaf.generation == id.generation && leaf.node.is_some() => Ok(id.index),
-            _ => Err(NoSuchLeaf),
+    /// Frees the index of a leaf that has been unlinked.
+    fn retire(&mut self, index: u32) {
+        let leaf = &mut self.leaves[index as usize];
+        leaf.generation = leaf.generation.wrapping_add(1);
+        self.free_leaves.push(index);
+    }
+
+    /// Where a leaf may go before it is inserted anew.
+    fn allowance(&self, aabb: &Aabb3d) -> Aabb3d {
+        let margin = Vec3A::splat((aabb.max - aabb.min).max_element() * self.margin);
+        Aabb3d {
+            min: aabb.min - margin,
+            max: aabb.max + margin,
         }
     }
 
-    /// The id of the leaf at an index, if it is in the tree.
-    fn id(&self, index: u32) -> Option<LeafId> {
-        let leaf = &self.leaves[index as usize];
-        leaf.node.map(|_| LeafId {
-            index,
-            generation: leaf.generation,
-        })
+    /// Where a leaf is.
+    fn place(&self, id: LeafId) -> Result<Place, NoSuchLeaf> {
+        let leaf = self.leaves.get(id.index as usize).ok_or(NoSuchLeaf)?;
+        let place = leaf.place.filter(|_| leaf.generation == id.generation);
+        place.ok_or(NoSuchLeaf)
+    }
+
+    /// The indices of all leaves that are in the tree.
+    fn linked_leaves(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..self.leaves.len() as u32).filter(|&index| self.leaves[index as usize].place.is_some())
     }
 }
 

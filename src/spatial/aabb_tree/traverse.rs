@@ -5,17 +5,14 @@ use std::ops::ControlFlow;
 use bevy::math::bounding::{Aabb3d, BoundingSphere, IntersectsVolume};
 use smallvec::SmallVec;
 
-use super::{
-    AabbTree,
-    node::{NodeIndex, NodeKind},
-};
+use super::AabbTree;
 use crate::{
     geometry::ray::Ray,
-    spatial::{RayVisit, SpatialQueries},
+    spatial::{
+        RayVisit, SpatialQueries,
+        wide::{self, Child, NodeIndex},
+    },
 };
-
-/// Nodes that wait for their visit: on the stack, unless the tree is uncommonly deep.
-type Stack<T> = SmallVec<[T; 64]>;
 
 impl<K: Copy> SpatialQueries<K> for AabbTree<K> {
     fn len(&self) -> usize {
@@ -23,38 +20,14 @@ impl<K: Copy> SpatialQueries<K> for AabbTree<K> {
     }
 
     fn bounds(&self) -> Option<Aabb3d> {
-        self.root.map(|root| *self.aabb_of(root))
+        self.root.map(|root| self.nodes[root as usize].bounds())
     }
 
     fn visit_ray(&self, ray: &Ray, mut visit: impl FnMut(K, f32) -> RayVisit) {
-        let mut rest = *ray;
-        let mut stack: Stack<(NodeIndex, f32)> = SmallVec::new();
-        let entered = |rest: &Ray, node| rest.aabb_intersection_at(self.aabb_of(node));
-        stack.extend(self.root.and_then(|root| Some((root, entered(&rest, root)?))));
-        while let Some((node, enter)) = stack.pop() {
-            if enter > rest.t_max() {
-                continue;
-            }
-            match self.nodes[node as usize].kind {
-                NodeKind::Inner([first, second]) => match (entered(&rest, first), entered(&rest, second)) {
-                    (Some(a), Some(b)) if a <= b => stack.extend([(second, b), (first, a)]),
-                    (Some(a), Some(b)) => stack.extend([(first, a), (second, b)]),
-                    (Some(a), None) => stack.push((first, a)),
-                    (None, Some(b)) => stack.push((second, b)),
-                    (None, None) => {}
-                },
-                NodeKind::Leaf(leaf) => {
-                    let leaf = &self.leaves[leaf as usize];
-                    let Some(enter) = rest.aabb_intersection_at(&leaf.aabb) else {
-                        continue;
-                    };
-                    match visit(leaf.key, enter) {
-                        RayVisit::Continue => {}
-                        RayVisit::Shorten(t) => rest = rest.with_t_max(t.min(rest.t_max())),
-                        RayVisit::Stop => return,
-                    }
-                }
-            }
+        if let Some(root) = self.root {
+            wide::visit_ray(&self.nodes, root, ray, |leaf, enter| {
+                visit(self.keys[leaf as usize], enter)
+            });
         }
     }
 
@@ -70,18 +43,15 @@ impl<K: Copy> SpatialQueries<K> for AabbTree<K> {
 impl<K: Copy> AabbTree<K> {
     /// Visits every key whose box `touches`, which must hold for every box around a box for which it holds.
     fn visit_touching(&self, touches: impl Fn(&Aabb3d) -> bool, mut visit: impl FnMut(K) -> ControlFlow<()>) {
-        let mut stack: Stack<NodeIndex> = self.root.into_iter().collect();
+        let mut stack: SmallVec<[NodeIndex; 64]> = self.root.into_iter().collect();
         while let Some(node) = stack.pop() {
-            let node = &self.nodes[node as usize];
-            if !touches(&node.aabb) {
-                continue;
-            }
-            match node.kind {
-                NodeKind::Inner(children) => stack.extend(children),
-                NodeKind::Leaf(leaf) => {
-                    let leaf = &self.leaves[leaf as usize];
-                    if touches(&leaf.aabb) && visit(leaf.key).is_break() {
-                        return;
+            for (_, child) in self.nodes[node as usize].lanes().filter(|(aabb, _)| touches(aabb)) {
+                match child {
+                    Child::Node(node) => stack.push(node),
+                    Child::Leaf(leaf) => {
+                        if visit(self.keys[leaf as usize]).is_break() {
+                            return;
+                        }
                     }
                 }
             }
@@ -93,9 +63,10 @@ impl<K: Copy> AabbTree<K> {
         let mut stack: Vec<NodeIndex> = self.root.into_iter().collect();
         std::iter::from_fn(move || {
             let node = stack.pop()?;
-            if let NodeKind::Inner(children) = self.nodes[node as usize].kind {
-                stack.extend(children);
-            }
+            stack.extend(self.nodes[node as usize].lanes().filter_map(|(_, child)| match child {
+                Child::Node(node) => Some(node),
+                Child::Leaf(_) => None,
+            }));
             Some(node)
         })
     }

@@ -1,15 +1,14 @@
 //! What must hold between any two calls.
 
-use bevy::math::bounding::BoundingVolume;
-
-use super::{
-    AabbTree,
-    node::{NodeIndex, NodeKind},
-};
+use super::{AabbTree, Place};
 use crate::{
-    geometry::aabb::{Aabb3dExt, union},
-    spatial::SpatialQueries,
+    geometry::aabb::Aabb3dExt,
+    spatial::{
+        SpatialQueries,
+        wide::{Child, NodeIndex},
+    },
 };
+use bevy::math::bounding::BoundingVolume;
 
 /// An invariant of the tree that does not hold: a bug in this crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,29 +16,24 @@ pub enum BrokenInvariant {
     /// The root has a parent.
     #[error("the root has a parent")]
     RootHasParent,
-    /// A child does not name its parent.
-    #[error("node {child} is a child of node {parent}, but names another parent")]
-    WrongParent {
-        /// The parent that has the child.
-        parent: u32,
-        /// The child.
-        child: u32,
-    },
-    /// An inner node is not the box around its children.
+    /// A child is held by one node and names another place.
+    #[error("a child of node {0} names another place")]
+    WrongPlace(u32),
+    /// The box of an inner node is not the box around its children.
     #[error("node {0} does not fit its children")]
     LooseNode(u32),
-    /// A node does not contain its leaf.
-    #[error("node {0} does not contain its leaf")]
-    LeafOutsideNode(u32),
+    /// A leaf is outside of the box in which it may move.
+    #[error("a leaf in node {0} has moved too far")]
+    LeafOutsideAllowance(u32),
+    /// A node has fewer than two children and is not a root with leaves.
+    #[error("node {0} has too few children")]
+    ThinNode(u32),
     /// A stored box is not sound.
-    #[error("the box of node {0} is not sound")]
-    UnsoundNode(u32),
-    /// A leaf does not name its node.
-    #[error("node {0} holds a leaf that names another node")]
-    WrongLeaf(u32),
-    /// The nodes or leaves in the tree and those in the free lists are not all there are.
+    #[error("a box in node {0} is not sound")]
+    UnsoundBox(u32),
+    /// What is in the tree and what is in the free lists is not all there is.
     #[error("some nodes or leaves are neither in the tree nor free, or both")]
-    LostNodes,
+    Lost,
 }
 
 impl<K: Copy> AabbTree<K> {
@@ -50,55 +44,64 @@ impl<K: Copy> AabbTree<K> {
     /// The first invariant that does not hold.
     pub fn validate(&self) -> Result<(), BrokenInvariant> {
         if let Some(root) = self.root
-            && self.nodes[root as usize].parent.is_some()
+            && self.parents[root as usize].is_some()
         {
             return Err(BrokenInvariant::RootHasParent);
         }
         let (mut nodes, mut leaves) = (0, 0);
-        for index in self.linked_nodes() {
+        for node in self.linked_nodes() {
             nodes += 1;
             if nodes > self.nodes.len() {
                 // A cycle: without this the walk would not end.
-                return Err(BrokenInvariant::LostNodes);
+                return Err(BrokenInvariant::Lost);
             }
-            leaves += usize::from(self.validate_node(index)?);
+            leaves += self.validate_node(node)?;
         }
-        let all_nodes = nodes + self.free_nodes.len() == self.nodes.len();
-        if all_nodes && leaves == self.len() {
+        let no_node_lost = nodes + self.free_nodes.len() == self.nodes.len();
+        let no_leaf_lost = leaves == self.len() && leaves == self.linked_leaves().count();
+        if no_node_lost && no_leaf_lost {
             Ok(())
         } else {
-            Err(BrokenInvariant::LostNodes)
+            Err(BrokenInvariant::Lost)
         }
     }
 
-    /// Checks one node against its children or its leaf, and tells whether it is a leaf.
-    fn validate_node(&self, index: NodeIndex) -> Result<bool, BrokenInvariant> {
-        let node = &self.nodes[index as usize];
-        if !node.aabb.is_sound() {
-            return Err(BrokenInvariant::UnsoundNode(index));
-        }
-        match node.kind {
-            NodeKind::Inner([first, second]) => {
-                for child in [first, second] {
-                    if self.nodes[child as usize].parent != Some(index) {
-                        return Err(BrokenInvariant::WrongParent { parent: index, child });
+    /// Checks the lanes of one node, and returns how many of them are leaves.
+    fn validate_node(&self, node: NodeIndex) -> Result<usize, BrokenInvariant> {
+        let lanes = &self.nodes[node as usize];
+        let mut leaves = 0;
+        for (lane, (aabb, child)) in (0..).zip(lanes.lanes()) {
+            if !aabb.is_sound() {
+                return Err(BrokenInvariant::UnsoundBox(node));
+            }
+            let named = match child {
+                Child::Node(child) => {
+                    if aabb != self.nodes[child as usize].bounds() {
+                        return Err(BrokenInvariant::LooseNode(child));
                     }
+                    self.parents[child as usize]
                 }
-                if node.aabb != union(self.aabb_of(first), self.aabb_of(second)) {
-                    return Err(BrokenInvariant::LooseNode(index));
+                Child::Leaf(leaf) => {
+                    leaves += 1;
+                    let leaf = &self.leaves[leaf as usize];
+                    if !leaf.allowance.contains(&aabb) {
+                        return Err(BrokenInvariant::LeafOutsideAllowance(node));
+                    }
+                    leaf.place
                 }
-                Ok(false)
-            }
-            NodeKind::Leaf(leaf) => {
-                let leaf = &self.leaves[leaf as usize];
-                if leaf.node != Some(index) {
-                    return Err(BrokenInvariant::WrongLeaf(index));
-                }
-                if !node.aabb.contains(&leaf.aabb) {
-                    return Err(BrokenInvariant::LeafOutsideNode(index));
-                }
-                Ok(true)
+            };
+            if named != Some(Place { node, lane }) {
+                return Err(BrokenInvariant::WrongPlace(node));
             }
         }
+        let is_thin = match (lanes.len(), Some(node) == self.root) {
+            (0, _) | (1, false) => true,
+            (1, true) => leaves == 0,
+            _ => false,
+        };
+        if is_thin {
+            return Err(BrokenInvariant::ThinNode(node));
+        }
+        Ok(leaves)
     }
 }
