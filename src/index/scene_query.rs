@@ -17,7 +17,7 @@ use bevy::{
 
 use super::{
     HitTriangle, MeshBvhs, QueryVisibility, RayHit, SceneQuerySettings, SpatialIndex,
-    spatial_index::{EntryData, MeshSurface},
+    spatial_index::{MeshSurface, Slot},
 };
 use crate::{
     geometry::ray::{Ray, triangle::Backfaces},
@@ -55,12 +55,21 @@ impl SceneQuery<'_, '_> {
     /// entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
         let ray = Ray::from_ray3d(ray, settings.max_distance)?;
-        let (entity, _, (surface, hit)) = self.index.tree().closest_hit(&ray, |entity, rest| {
-            let surface = self.surface(entity, settings)?;
-            let hit = self.meshes.closest_hit(surface, rest, backfaces(surface, settings))?;
-            Some((hit.t, (surface, hit)))
-        })?;
-        self.ray_hit(entity, &ray, surface, &hit)
+        let mut rest = ray;
+        let mut closest: Option<SurfaceHit> = None;
+        self.index.tree().visit_ray(&ray, |slot, _| {
+            let hit = self.hit_surface(slot, &rest, settings);
+            let is_closer = |hit: &SurfaceHit| closest.as_ref().is_none_or(|closest| hit.order() < closest.order());
+            match hit.filter(|hit| is_closer(hit) && self.confirm(hit.entity, settings)) {
+                None => RayVisit::Continue,
+                Some(hit) => {
+                    rest = rest.with_t_max(hit.hit.t);
+                    closest = Some(hit);
+                    RayVisit::Shorten(rest.t_max())
+                }
+            }
+        });
+        self.ray_hit(&ray, &closest?)
     }
 
     /// All hits of a ray, nearest first, written over `hits`: for each entity its nearest.
@@ -85,18 +94,15 @@ impl SceneQuery<'_, '_> {
         let Some(mut ray) = Ray::from_ray3d(ray, settings.max_distance) else {
             return;
         };
-        self.index.tree().visit_ray(&{ ray }, |entity, _| {
-            let Some(surface) = self.surface(entity, settings) else {
+        self.index.tree().visit_ray(&{ ray }, |slot, _| {
+            let hit = self.hit_surface(slot, &ray, settings);
+            let Some(hit) = hit.filter(|hit| self.confirm(hit.entity, settings)) else {
                 return RayVisit::Continue;
             };
-            let backfaces = backfaces(surface, settings);
-            let Some(hit) = self.meshes.closest_hit(surface, &ray, backfaces) else {
-                return RayVisit::Continue;
-            };
-            hits.extend(self.ray_hit(entity, &ray, surface, &hit));
-            if blocks(entity) {
-                ray = ray.with_t_max(hit.t);
-                RayVisit::Shorten(hit.t)
+            hits.extend(self.ray_hit(&ray, &hit));
+            if blocks(hit.entity) {
+                ray = ray.with_t_max(hit.hit.t);
+                RayVisit::Shorten(hit.hit.t)
             } else {
                 RayVisit::Continue
             }
@@ -133,8 +139,8 @@ impl SceneQuery<'_, '_> {
     /// `max_distance` and `backfaces` of the settings do not matter.
     pub fn overlap_aabb(&self, aabb: &Aabb3d, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         entities.clear();
-        self.index.tree().visit_aabb(aabb, |entity| {
-            entities.extend(self.accept(entity, settings).map(|_| entity));
+        self.index.tree().visit_aabb(aabb, |slot| {
+            entities.extend(self.accept(slot, settings));
             ControlFlow::Continue(())
         });
         entities.sort_unstable();
@@ -145,8 +151,8 @@ impl SceneQuery<'_, '_> {
     /// `max_distance` and `backfaces` of the settings do not matter.
     pub fn overlap_sphere(&self, sphere: &BoundingSphere, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         entities.clear();
-        self.index.tree().visit_sphere(sphere, |entity| {
-            entities.extend(self.accept(entity, settings).map(|_| entity));
+        self.index.tree().visit_sphere(sphere, |slot| {
+            entities.extend(self.accept(slot, settings));
             ControlFlow::Continue(())
         });
         entities.sort_unstable();
@@ -163,43 +169,57 @@ impl SceneQuery<'_, '_> {
     }
 
     fn blocks(&self, ray: &Ray, settings: &SceneQuerySettings) -> bool {
-        self.index.tree().any_hit(ray, |entity, ray| {
-            self.surface(entity, settings).is_some_and(|surface| {
-                let backfaces = backfaces(surface, settings);
-                self.meshes.any_hit(surface, ray, backfaces)
-            })
+        self.index.tree().any_hit(ray, |slot, ray| {
+            let entity = self.index.entry(slot).entity;
+            self.admit(slot, settings)
+                && self.index.surface(slot).is_some_and(|surface| {
+                    let backfaces = backfaces(surface, settings);
+                    self.meshes.any_hit(surface, ray, backfaces)
+                })
+                && self.confirm(entity, settings)
         })
     }
 
-    /// What is known of an entity, if the settings admit it.
-    fn accept(&self, entity: Entity, settings: &SceneQuerySettings) -> Option<&EntryData> {
-        let data = &self.index.entry(entity)?.data;
-        // Fails for what was despawned or disabled since the index was brought up to date.
-        let view_visibility = self.entities.get(entity).ok()?;
-        let visible = match settings.visibility {
-            QueryVisibility::Any => true,
-            QueryVisibility::Visible => data.visible,
-            QueryVisibility::VisibleInView => view_visibility.is_some_and(|view| view.get()),
-        };
-        let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&data.layers));
-        let admitted = visible
-            && on_layers
-            && !settings.excluded.contains(&entity)
-            && settings.predicate.is_none_or(|predicate| predicate(entity));
-        admitted.then_some(data)
+    /// The nearest hit on one entity, if the settings admit it, before it is [confirmed](Self::confirm).
+    fn hit_surface(&self, slot: Slot, ray: &Ray, settings: &SceneQuerySettings) -> Option<SurfaceHit<'_>> {
+        let surface = self.index.surface(slot).filter(|_| self.admit(slot, settings))?;
+        let hit = self.meshes.closest_hit(surface, ray, backfaces(surface, settings))?;
+        let entity = self.index.entry(slot).entity;
+        Some(SurfaceHit { entity, surface, hit })
     }
 
-    fn surface(&self, entity: Entity, settings: &SceneQuerySettings) -> Option<&MeshSurface> {
-        self.accept(entity, settings)?.surface.as_ref()
+    /// The entity, if the settings accept it.
+    fn accept(&self, slot: Slot, settings: &SceneQuerySettings) -> Option<Entity> {
+        let entity = self.index.entry(slot).entity;
+        (self.admit(slot, settings) && self.confirm(entity, settings)).then_some(entity)
+    }
+
+    /// Whether the settings admit an entity, as far as the index knows.
+    fn admit(&self, slot: Slot, settings: &SceneQuerySettings) -> bool {
+        let entry = self.index.entry(slot);
+        let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&entry.layers));
+        let visible = entry.visible || settings.visibility != QueryVisibility::Visible;
+        on_layers && visible && !settings.excluded.contains(&entry.entity)
+    }
+
+    /// Whether the settings accept an entity that the index [admits](Self::admit): asks the world, and the user.
+    fn confirm(&self, entity: Entity, settings: &SceneQuerySettings) -> bool {
+        // Fails for what was despawned or disabled since the index was brought up to date.
+        let Ok(view_visibility) = self.entities.get(entity) else {
+            return false;
+        };
+        let in_view = settings.visibility != QueryVisibility::VisibleInView
+            || view_visibility.is_some_and(|view_visibility| view_visibility.get());
+        in_view && settings.predicate.is_none_or(|predicate| predicate(entity))
     }
 
     /// Puts what is known of a hit into world space.
-    fn ray_hit(&self, entity: Entity, ray: &Ray, surface: &MeshSurface, hit: &TriangleHit) -> Option<RayHit> {
+    fn ray_hit(&self, ray: &Ray, SurfaceHit { entity, surface, hit }: &SurfaceHit) -> Option<RayHit> {
         let mesh = self.meshes.triangles(surface.mesh)?;
         let place = |vertex| surface.world_from_local.transform_point3(vertex);
         let vertices = mesh.triangle(hit).map(place);
         Some(RayHit {
-            entity,
+            entity: *entity,
             distance: hit.t,
             position: ray.at(hit.t).into(),
             normal: world_normal(mesh, surface, hit, vertices, ray),
@@ -210,6 +230,20 @@ impl SceneQuery<'_, '_> {
             }),
             uv: mesh.uv(hit),
         })
+    }
+}
+
+/// A hit on the surface of an entity.
+struct SurfaceHit<'a> {
+    entity: Entity,
+    surface: &'a MeshSurface,
+    hit: TriangleHit,
+}
+
+impl SurfaceHit<'_> {
+    /// Of two hits the one with the smaller order counts.
+    fn order(&self) -> (f32, Entity) {
+        (self.hit.t, self.entity)
     }
 }
 

@@ -49,8 +49,8 @@ pub struct SceneQuerySettings<'a> {
     pub backfaces: Option<Backfaces>,
     /// Entities that are passed over. Searched from end to end: for many, use [`predicate`](Self::predicate).
     pub excluded: &'a [Entity],
-    /// Only entities for which this is true. Asked last, about entities that pass everything else, and before their
-    /// triangles are tested.
+    /// Only entities for which this is true. Asked last: about entities that pass everything else, and of a ray only
+    /// about those that it hits.
     pub predicate: Option<&'a dyn Fn(Entity) -> bool>,
 }
 

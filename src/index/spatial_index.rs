@@ -13,7 +13,7 @@ use bevy::{
 
 use crate::{
     geometry::ray::triangle::Backfaces,
-    spatial::{AabbTree, LeafId, SpatialQueries, UnsoundBox, aabb_tree::BrokenInvariant},
+    spatial::{AabbTree, LeafId, SpatialQueries, aabb_tree::BrokenInvariant},
 };
 
 /// All indexed entities in a tree of their world boxes, as of the last
@@ -22,10 +22,18 @@ use crate::{
 /// Ask it through [`SceneQuery`](super::SceneQuery); what is here is for tools and tests.
 #[derive(Resource, Debug, Default)]
 pub struct SpatialIndex {
-    tree: AabbTree<Entity>,
-    entries: EntityHashMap<Entry>,
+    tree: AabbTree<Slot>,
+    slot_of: EntityHashMap<Slot>,
+    /// What queries filter by, slot by slot: apart from the rest, for most that a ray passes is filtered or missed.
+    entries: Vec<Entry>,
+    /// What rays hit, slot by slot.
+    surfaces: Vec<Option<MeshSurface>>,
+    free_slots: Vec<Slot>,
     refused: EntityHashMap<Refusal>,
 }
+
+/// The number of an indexed entity.
+pub(super) type Slot = u32;
 
 /// Why an entity is not in the index although it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
@@ -41,19 +49,22 @@ pub enum Refusal {
     WorldBounds,
 }
 
-/// What the index knows of an entity.
+/// What a query filters an entity by.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
+    pub entity: Entity,
     leaf: LeafId,
-    pub data: EntryData,
-}
-
-/// What a query filters and tests an entity by.
-#[derive(Clone, Debug)]
-pub(super) struct EntryData {
-    pub surface: Option<MeshSurface>,
     pub layers: RenderLayers,
     /// Not hidden by itself or an ancestor.
+    pub visible: bool,
+}
+
+/// What the index is to hold of an entity.
+#[derive(Clone, Debug)]
+pub(super) struct Contents {
+    pub aabb: Aabb3d,
+    pub surface: Option<MeshSurface>,
+    pub layers: RenderLayers,
     pub visible: bool,
 }
 
@@ -71,22 +82,23 @@ pub(super) struct MeshSurface {
 impl SpatialIndex {
     /// The number of entities in the index.
     pub fn len(&self) -> usize {
-        self.entries.len()
+        self.slot_of.len()
     }
 
     /// Whether no entity is in the index.
     pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
+        self.slot_of.is_empty()
     }
 
     /// Whether the entity is in the index.
     pub fn contains(&self, entity: Entity) -> bool {
-        self.entries.contains_key(&entity)
+        self.slot_of.contains_key(&entity)
     }
 
     /// The world box of an entity, if it is in the index.
     pub fn aabb(&self, entity: Entity) -> Option<Aabb3d> {
-        self.tree.aabb(self.entries.get(&entity)?.leaf)
+        let slot = *self.slot_of.get(&entity)?;
+        self.tree.aabb(self.entry(slot).leaf)
     }
 
     /// A world box around everything in the index, or `None` if it is empty.
@@ -94,9 +106,9 @@ impl SpatialIndex {
         self.tree.bounds()
     }
 
-    /// The tree of world boxes.
-    pub fn tree(&self) -> &AabbTree<Entity> {
-        &self.tree
+    /// The surface area cost of the tree: see [`AabbTree::sah_cost`].
+    pub fn sah_cost(&self) -> f32 {
+        self.tree.sah_cost()
     }
 
     /// The entities that are left out because of bad data, and why.
@@ -111,25 +123,34 @@ impl SpatialIndex {
     /// The first invariant that does not hold, which is a bug in this crate.
     pub fn validate(&self) -> Result<(), BrokenInvariant> {
         self.tree.validate()?;
-        let linked = self
-            .entries
-            .iter()
-            .all(|(entity, entry)| self.tree.key(entry.leaf) == Some(*entity));
-        if linked && self.tree.len() == self.entries.len() {
+        let linked = self.slot_of.iter().all(|(entity, slot)| {
+            let entry = self.entry(*slot);
+            entry.entity == *entity && self.tree.key(entry.leaf) == Some(*slot)
+        });
+        let none_lost = self.len() + self.free_slots.len() == self.entries.len();
+        if linked && none_lost && self.tree.len() == self.len() {
             Ok(())
         } else {
             Err(BrokenInvariant::Lost)
         }
     }
 
-    pub(super) fn entry(&self, entity: Entity) -> Option<&Entry> {
-        self.entries.get(&entity)
+    pub(super) fn tree(&self) -> &AabbTree<Slot> {
+        &self.tree
     }
 
-    /// The mesh that rays hit on an entity that is in the index.
+    pub(super) fn entry(&self, slot: Slot) -> &Entry {
+        &self.entries[slot as usize]
+    }
+
+    pub(super) fn surface(&self, slot: Slot) -> Option<&MeshSurface> {
+        self.surfaces[slot as usize].as_ref()
+    }
+
+    /// The mesh that rays hit on an entity, if it is in the index.
     pub(super) fn mesh(&self, entity: Entity) -> Option<AssetId<Mesh>> {
-        let surface = self.entries.get(&entity)?.data.surface.as_ref()?;
-        Some(surface.mesh)
+        let slot = *self.slot_of.get(&entity)?;
+        self.surface(slot).map(|surface| surface.mesh)
     }
 
     /// Brings an entity that is in the index up to date.
@@ -137,32 +158,50 @@ impl SpatialIndex {
     /// # Panics
     ///
     /// If the entity is not in the index, or the box is not sound.
-    pub(super) fn update(&mut self, entity: Entity, aabb: Aabb3d, data: EntryData) {
-        let entry = self
-            .entries
-            .get_mut(&entity)
-            .expect("only what is in the index is updated");
+    pub(super) fn update(&mut self, entity: Entity, contents: Contents) {
+        let slot = self.slot_of[&entity] as usize;
+        let entry = &mut self.entries[slot];
         self.tree
-            .update(entry.leaf, aabb)
+            .update(entry.leaf, contents.aabb)
             .expect("an entry has a leaf, and the box was checked");
-        entry.data = data;
+        (entry.layers, entry.visible) = (contents.layers, contents.visible);
+        self.surfaces[slot] = contents.surface;
     }
 
-    /// Puts entities into the index that are not there yet.
-    pub(super) fn insert_many(&mut self, new: &mut Vec<(Entity, Aabb3d, EntryData)>) {
-        let boxes = new.iter().map(|(entity, aabb, _)| (*entity, *aabb));
-        let leaves: Vec<Result<LeafId, UnsoundBox>> = self.tree.insert_many(boxes);
-        for (leaf, (entity, _, data)) in leaves.into_iter().zip(new.drain(..)) {
-            let leaf = leaf.expect("the box was checked");
-            let old = self.entries.insert(entity, Entry { leaf, data });
+    /// Puts entities into the index that are not there yet, each with a sound box.
+    pub(super) fn insert_many(&mut self, new: &mut Vec<(Entity, Contents)>) {
+        let free = self.free_slots.drain(self.free_slots.len().saturating_sub(new.len())..);
+        let slots: Vec<Slot> = free.chain(self.entries.len() as Slot..).take(new.len()).collect();
+        let boxes = slots
+            .iter()
+            .zip(&*new)
+            .map(|(slot, (_, contents))| (*slot, contents.aabb));
+        let leaves = self.tree.insert_many(boxes);
+        for ((slot, leaf), (entity, contents)) in slots.into_iter().zip(leaves).zip(new.drain(..)) {
+            let entry = Entry {
+                entity,
+                leaf: leaf.expect("the box was checked"),
+                layers: contents.layers,
+                visible: contents.visible,
+            };
+            if slot as usize == self.entries.len() {
+                self.entries.push(entry);
+                self.surfaces.push(contents.surface);
+            } else {
+                self.entries[slot as usize] = entry;
+                self.surfaces[slot as usize] = contents.surface;
+            }
+            let old = self.slot_of.insert(entity, slot);
             debug_assert!(old.is_none(), "{entity} is in the index twice");
         }
     }
 
     /// Takes an entity out of the index, if it is there.
     pub(super) fn remove(&mut self, entity: Entity) {
-        if let Some(entry) = self.entries.remove(&entity) {
-            self.tree.remove(entry.leaf).expect("an entry has a leaf");
+        if let Some(slot) = self.slot_of.remove(&entity) {
+            let leaf = self.entry(slot).leaf;
+            self.tree.remove(leaf).expect("an entry has a leaf");
+            self.free_slots.push(slot);
         }
     }
 

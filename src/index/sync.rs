@@ -28,7 +28,7 @@ use tracing::warn;
 
 use super::{
     MeshBvhs, NoSpatialIndex, RayCastBackfaces, Refusal, SimplifiedMesh, SpatialIndex,
-    spatial_index::{EntryData, MeshSurface},
+    spatial_index::{Contents, MeshSurface},
 };
 use crate::geometry::{
     aabb::{Aabb3dExt, union},
@@ -120,7 +120,7 @@ pub(super) struct Memory {
     bounded_by_mesh: HashMap<AssetId<Mesh>, EntityHashSet>,
     /// Buffers, kept for their memory.
     dirty: Vec<Entity>,
-    new: Vec<(Entity, Aabb3d, EntryData)>,
+    new: Vec<(Entity, Contents)>,
 }
 
 /// Brings the index up to date with every entity that has changed in any way that matters.
@@ -175,7 +175,7 @@ struct Reconciler<'a> {
     index: &'a mut SpatialIndex,
     bounded_by_mesh: &'a mut HashMap<AssetId<Mesh>, EntityHashSet>,
     /// Entities to be inserted together.
-    new: &'a mut Vec<(Entity, Aabb3d, EntryData)>,
+    new: &'a mut Vec<(Entity, Contents)>,
 }
 
 impl Reconciler<'_> {
@@ -200,11 +200,11 @@ impl Reconciler<'_> {
         }
 
         let stays = match state.ok().flatten() {
-            Some((aabb, data)) => {
+            Some(contents) => {
                 if self.index.contains(entity) {
-                    self.index.update(entity, aabb, data);
+                    self.index.update(entity, contents);
                 } else {
-                    self.new.push((entity, aabb, data));
+                    self.new.push((entity, contents));
                 }
                 true
             }
@@ -232,7 +232,7 @@ impl Reconciler<'_> {
         entity: Entity,
         item: &IndexedItem,
         mesh: Option<AssetId<Mesh>>,
-    ) -> Result<Option<(Aabb3d, EntryData)>, Refusal> {
+    ) -> Result<Option<Contents>, Refusal> {
         if item.aabb.is_none() && mesh.is_none() {
             return Ok(None);
         }
@@ -257,12 +257,12 @@ impl Reconciler<'_> {
                 Backfaces::Cull
             },
         });
-        let data = EntryData {
+        Ok(Some(Contents {
+            aabb: world,
             surface,
             layers: item.layers.cloned().unwrap_or_default(),
             visible: item.visibility.is_none_or(|visibility| visibility.get()),
-        };
-        Ok(Some((world, data)))
+        }))
     }
 
     /// The local box of an entity: its `Aabb`, with the box of a simplified mesh, which may stick out; without an
