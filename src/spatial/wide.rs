@@ -204,8 +204,8 @@ fn sort_far_to_near(entries: &mut [(f32, PackedChild)]) {
 /// Builds a hierarchy over `items` top down, with at most `leaf_size` of them in a leaf, and returns its nodes: the
 /// root first, the children of a node side by side; none if there are no items.
 ///
-/// Of the parts of a node that can still be cut, the one with the largest area is cut, by the [binned surface area
-/// heuristic](binned_sah), until there are eight. `leaf` gets each range of items, as reordered, that has become a
+/// Of the parts of a node, the one with the largest area is cut, by the [binned surface area heuristic](binned_sah),
+/// until there are eight. `leaf` gets each range of items, as reordered, that has become a
 /// leaf, with the node and the lane that it is in, and gives the number for it.
 pub(crate) fn build(
     items: &mut [BuildItem],
@@ -234,20 +234,45 @@ pub(crate) fn build(
 }
 
 /// Cuts a range of items into the parts that become the children of a node, with their boxes.
-fn cut(items: &mut [BuildItem], range: Range<usize>, leaf_size: usize) -> SmallVec<[(Range<usize>, Aabb3d); LANES]> {
+///
+/// What fits into one node is kept whole until the last: a cut too early would leave nodes of two or three children at
+/// the bottom of the hierarchy, where most of the nodes are.
+fn cut(items: &mut [BuildItem], range: Range<usize>, leaf_size: usize) -> Parts {
+    let capacity = LANES * leaf_size;
+    let fits_one_node = range.len() <= capacity;
     let bounds = binned_sah::bounds(&items[range.clone()]);
-    let mut parts: SmallVec<[(Range<usize>, Aabb3d); LANES]> = smallvec![(range, bounds)];
+    let mut parts: Parts = smallvec![(range, bounds)];
+
+    let enough = if fits_one_node { leaf_size } else { capacity };
     while parts.len() < LANES {
-        let largest = (0..parts.len())
-            .filter(|&part| parts[part].0.len() > leaf_size)
-            .max_by(|&a, &b| parts[a].1.visible_area().total_cmp(&parts[b].1.visible_area()));
-        let Some(largest) = largest else { break };
-        let (range, _) = parts.swap_remove(largest);
+        let Some(part) = largest(&parts, |len| len > enough) else {
+            break;
+        };
+        let (range, _) = parts.swap_remove(part);
         let middle = range.start + binned_sah::partition(&mut items[range.clone()]);
         for half in [range.start..middle, middle..range.end] {
             let bounds = binned_sah::bounds(&items[half.clone()]);
             parts.push((half, bounds));
         }
     }
+
+    // Items that find room in the lanes that are left need no node of their own.
+    loop {
+        let free = LANES - parts.len();
+        let Some(part) = largest(&parts, |len| len > leaf_size && len - 1 <= free) else {
+            break;
+        };
+        let (range, _) = parts.swap_remove(part);
+        parts.extend(range.map(|index| (index..index + 1, items[index].aabb)));
+    }
     parts
+}
+
+type Parts = SmallVec<[(Range<usize>, Aabb3d); LANES]>;
+
+/// The part with the largest area among those with a suitable number of items.
+fn largest(parts: &Parts, suits: impl Fn(usize) -> bool) -> Option<usize> {
+    (0..parts.len())
+        .filter(|&part| suits(parts[part].0.len()))
+        .max_by(|&a, &b| parts[a].1.visible_area().total_cmp(&parts[b].1.visible_area()))
 }
