@@ -48,7 +48,7 @@ pub mod prelude {
     };
 
     #[cfg(feature = "picking")]
-    pub use crate::picking::SpatialPickingPlugin;
+    pub use crate::picking::{SpatialPickingPlugin, SpatialPickingSettings};
 }
 
 /// All plugins of this crate that the enabled features offer.

@@ -54,9 +54,9 @@ pub enum UnusableMesh {
 pub struct TriangleMesh {
     /// Three for each triangle, side by side: a test of a triangle then loads one stretch of memory.
     corners: Vec<[Vec3; 3]>,
-    /// Empty if the mesh has none.
+    /// One for each vertex, or none at all.
     normals: Vec<[f32; 3]>,
-    /// Empty if the mesh has none.
+    /// One for each vertex, or none at all.
     uvs: Vec<[f32; 2]>,
     triangles: Vec<Triangle>,
     /// The box around all triangles.
@@ -128,11 +128,11 @@ impl TriangleMesh {
         Ok(Self {
             corners,
             normals: match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
-                Ok(VertexAttributeValues::Float32x3(normals)) => normals.clone(),
+                Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => normals.clone(),
                 _ => Vec::new(),
             },
             uvs: match mesh.try_attribute(Mesh::ATTRIBUTE_UV_0) {
-                Ok(VertexAttributeValues::Float32x2(uvs)) => uvs.clone(),
+                Ok(VertexAttributeValues::Float32x2(uvs)) if uvs.len() == positions.len() => uvs.clone(),
                 _ => Vec::new(),
             },
             aabb,
@@ -241,19 +241,44 @@ impl TriangleMesh {
         }
     }
 
-    /// This mesh with its triangles in another order of slots: the new slot `i` holds the old slot `order[i]`.
+    /// This mesh with its triangles in another order of slots: the new slot `i` holds the old slot `order[i]`. The
+    /// vertices follow the triangles, so that what a hit looks up lies together.
     pub(super) fn reordered(&self, order: impl Iterator<Item = u32>) -> Self {
+        const UNSEEN: u32 = u32::MAX;
+        let vertex_count = self.normals.len().max(self.uvs.len());
+        let mut new_vertex = vec![UNSEEN; vertex_count];
+        let mut old_vertices = Vec::with_capacity(vertex_count);
         let (corners, triangles) = order
-            .map(|slot| (self.corners[slot as usize], self.triangles[slot as usize]))
+            .map(|slot| {
+                let mut triangle = self.triangles[slot as usize];
+                for vertex in &mut triangle.vertices {
+                    // A vertex without attributes keeps its number, which means nothing then.
+                    let Some(new) = new_vertex.get_mut(*vertex as usize) else {
+                        continue;
+                    };
+                    if *new == UNSEEN {
+                        *new = old_vertices.len() as u32;
+                        old_vertices.push(*vertex as usize);
+                    }
+                    *vertex = *new;
+                }
+                (self.corners[slot as usize], triangle)
+            })
             .unzip();
         Self {
             corners,
             triangles,
-            normals: self.normals.clone(),
-            uvs: self.uvs.clone(),
+            normals: reorder(&self.normals, &old_vertices),
+            uvs: reorder(&self.uvs, &old_vertices),
             ..*self
         }
     }
+}
+
+/// The values at the given places, or none if there are none.
+fn reorder<T: Copy>(values: &[T], places: &[usize]) -> Vec<T> {
+    let places = if values.is_empty() { &[] } else { places };
+    places.iter().map(|&place| values[place]).collect()
 }
 
 /// The nearer of two hits; of two at the same parameter, the triangle with the smaller number.

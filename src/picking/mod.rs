@@ -2,7 +2,8 @@
 //!
 //! Reports what Bevy's backend reports, for every pointer and camera: the same entities by the same rules
 //! ([`Pickable`], [`MeshPickingSettings`], [`MeshPickingCamera`], render layers, camera order, `SimplifiedMesh`,
-//! `RayCastBackfaces`, visibility). Beyond that it picks what Bevy's backend misses: triangle strips, tiny triangles, a
+//! `RayCastBackfaces`, visibility), up to the first that blocks what is behind it: see [`SpatialPickingSettings`].
+//! Beyond that it picks what Bevy's backend misses: triangle strips, tiny triangles, a
 //! `SimplifiedMesh` that sticks out of the drawn mesh, and meshes without an `Aabb` (`NoFrustumCulling`). Normals have
 //! unit length and are right under every scale, and the whole [`RayHit`] is in
 //! [`HitData::extra`](bevy::picking::backend::HitData::extra):
@@ -25,6 +26,8 @@ use bevy::{
         entity::Entity,
         message::MessageWriter,
         query::Has,
+        reflect::ReflectResource,
+        resource::Resource,
         schedule::{IntoScheduleConfigs, common_conditions::resource_exists},
         system::{Local, Query},
     },
@@ -33,10 +36,24 @@ use bevy::{
         backend::{HitData, PointerHits, ray::RayMap},
         mesh_picking::{MeshPickingCamera, MeshPickingPlugin, MeshPickingSettings, ray_cast::RayCastVisibility},
     },
+    reflect::{Reflect, std_traits::ReflectDefault},
 };
 use tracing::warn;
 
 use crate::index::{QueryVisibility, RayHit, SceneQuery, SceneQuerySettings, SpatialIndexPlugin};
+
+/// What [`SpatialPickingPlugin`] does differently from Bevy's `MeshPickingPlugin`; what the two have in common is in
+/// [`MeshPickingSettings`].
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct SpatialPickingSettings {
+    /// Whether to report hits behind an entity that has no [`Pickable`] too, as Bevy's backend does.
+    ///
+    /// Such an entity blocks what is behind it: no pointer event ever reaches that, and it is not in the `HoverMap`. So
+    /// by default rays end there, which is what makes the cost of a pick independent of all that is hidden. Set this
+    /// if you read [`PointerHits`] yourself and want to see through things.
+    pub report_blocked: bool,
+}
 
 /// Picks meshes with the pointer. Add it in place of `MeshPickingPlugin`; adds [`SpatialIndexPlugin`] by itself.
 ///
@@ -48,6 +65,8 @@ impl Plugin for SpatialPickingPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<MeshPickingSettings>()
+            .init_resource::<SpatialPickingSettings>()
+            .register_type::<SpatialPickingSettings>()
             .add_systems(
                 PreUpdate,
                 update_hits
@@ -66,6 +85,7 @@ impl Plugin for SpatialPickingPlugin {
 /// Casts the ray of every pointer through every camera that it is over, and sends the hits.
 pub fn update_hits(
     settings: Res<MeshPickingSettings>,
+    own_settings: Res<SpatialPickingSettings>,
     rays: Res<RayMap>,
     cameras: Query<(&Camera, Has<MeshPickingCamera>, Option<&RenderLayers>)>,
     pickables: Query<&Pickable>,
@@ -85,7 +105,10 @@ pub fn update_hits(
             Ok(pickable) => pickable.is_hoverable,
             Err(_) => !settings.require_markers,
         };
-        let blocks = |entity: Entity| pickables.get(entity).is_ok_and(|p| p.should_block_lower);
+        let blocks = |entity: Entity| match pickables.get(entity) {
+            Ok(pickable) => pickable.should_block_lower,
+            Err(_) => !own_settings.report_blocked,
+        };
         let query = SceneQuerySettings::default()
             .with_layers(layers.unwrap_or_default())
             .with_visibility(match settings.ray_cast_visibility {
