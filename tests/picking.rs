@@ -590,6 +590,19 @@ fn hits_of<M>(app: &mut App, backend: impl IntoSystem<(), (), M>) -> Vec<Pointer
     hits
 }
 
+/// Takes away what no pointer event reaches: by the rule of Bevy's hover system, what has no `Pickable` blocks.
+fn cut_where_blocked(app: &App, hits: &mut [PointerHits]) {
+    for PointerHits { picks, .. } in hits {
+        let blocks = |(entity, _): &(Entity, HitData)| {
+            let pickable = app.world().entity(*entity).get::<Pickable>();
+            pickable.is_none_or(|pickable| pickable.should_block_lower)
+        };
+        if let Some(blocker) = picks.iter().position(blocks) {
+            picks.truncate(blocker + 1);
+        }
+    }
+}
+
 fn assert_same_hits(ours: &[PointerHits], bevys: &[PointerHits]) {
     let groups = |hits: &[PointerHits]| -> Vec<_> {
         let entities = |hits: &PointerHits| {
@@ -654,9 +667,14 @@ fn picks_what_bevys_backend_picks() {
                 (RayId::new(id, PointerId::Mouse), ray.expect("a ray"))
             });
             app.world_mut().resource_mut::<RayMap>().map = rays.into_iter().collect();
+            let mut bevys = hits_of(&mut app, bevy::picking::mesh_picking::update_hits);
+            app.insert_resource(SpatialPickingSettings { report_blocked: true });
             let ours = hits_of(&mut app, bevy_sightline::picking::update_hits);
-            let bevys = hits_of(&mut app, bevy::picking::mesh_picking::update_hits);
             assert_same_hits(&ours, &bevys);
+
+            app.insert_resource(SpatialPickingSettings { report_blocked: false });
+            cut_where_blocked(&app, &mut bevys);
+            assert_same_hits(&hits_of(&mut app, bevy_sightline::picking::update_hits), &bevys);
             picks += ours.iter().map(|hits| hits.picks.len()).sum::<usize>();
         }
         assert!(picks > 300, "only {picks} picks");
