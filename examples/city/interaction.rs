@@ -51,7 +51,9 @@ pub fn plugin(app: &mut App) {
 /// What only a window can show.
 pub fn window_plugin(app: &mut App) {
     app.add_systems(Startup, spawn_text)
-        .add_systems(Update, (tell_what_is_under_the_mouse, draw_hit, draw_selection));
+        .add_systems(Update, tell_what_is_under_the_mouse)
+        // Later than all that moves, so that the boxes do not lag behind.
+        .add_systems(PostUpdate, (draw_hit, draw_selection).after(SpatialIndexSystems::Sync));
 }
 
 fn mix_highlights(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>) {

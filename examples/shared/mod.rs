@@ -36,14 +36,20 @@ pub fn plugins(title: &str, headless: bool) -> PluginGroupBuilder {
         }),
         ..default()
     };
+    // Found wherever the example is started from.
+    let assets = AssetPlugin {
+        file_path: concat!(env!("CARGO_MANIFEST_DIR"), "/assets").into(),
+        ..default()
+    };
     if !headless {
-        return DefaultPlugins.set(window);
+        return DefaultPlugins.set(window).set(assets);
     }
     let no_renderer = WgpuSettings {
         backends: None,
         ..default()
     };
     DefaultPlugins
+        .set(assets)
         .set(WindowPlugin {
             exit_condition: ExitCondition::DontExit,
             ..window
