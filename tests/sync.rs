@@ -188,9 +188,8 @@ fn despawn(app: &mut App, entity: Entity) {
 /// Puts another mesh in the place of an asset.
 fn replace_mesh(app: &mut App, entity: Entity, mesh: impl Into<Mesh>) {
     let id = app.world().get::<Mesh3d>(entity).expect("a mesh entity").0.id();
-    let mut assets = app.world_mut().resource_mut::<Assets<Mesh>>();
-    *assets.get_mut(id).expect("a loaded mesh") = mesh.into();
-    drop(assets);
+    let world = app.world_mut();
+    *world.resource_mut::<Assets<Mesh>>().get_mut(id).expect("a loaded mesh") = mesh.into();
     step(app);
 }
 
@@ -880,15 +879,13 @@ impl Game {
         let (mesh, other, chosen) = (self.any_mesh(rng), self.any_entity(rng), self.any_entity(rng));
         let would_be_a_circle =
             std::iter::successors(Some(other), |e| world.get::<ChildOf>(*e).map(ChildOf::parent)).any(|e| e == chosen);
+        let any_visibility = [Visibility::Hidden, Visibility::Inherited, Visibility::Visible][rng.random_range(0..3)];
         let mut entity = world.entity_mut(chosen);
         match rng.random_range(0..20) {
             0 => entity.despawn(),
             1 if !would_be_a_circle => _ = entity.insert(ChildOf(other)),
             2 => _ = entity.remove::<ChildOf>(),
-            3 => {
-                _ = (entity
-                    .insert([Visibility::Hidden, Visibility::Inherited, Visibility::Visible][rng.random_range(0..3)]),)
-            }
+            3 => _ = entity.insert(any_visibility),
             4 => _ = entity.insert(Mesh3d(mesh)),
             5 => _ = entity.remove::<Mesh3d>(),
             6 => _ = entity.remove::<Aabb>(),
