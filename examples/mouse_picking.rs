@@ -22,6 +22,12 @@ fn main() -> AppExit {
     }
     shared::load(&mut app).expect("the models are in the folder assets");
     shared::play(&mut app, shared::click(Vec2::splat(0.5)));
+    let world = app.world_mut();
+    let mut transforms = world.query::<&Transform>();
+    assert!(
+        transforms.iter(world).any(|transform| transform.scale != Vec3::ONE),
+        "a model grows"
+    );
     AppExit::Success
 }
 

@@ -42,8 +42,8 @@ pub mod prelude {
     pub use crate::{
         SightlinePlugins,
         index::{
-            HitTriangle, NoSpatialIndex, QueryVisibility, RayHit, SceneQuery, SceneQuerySettings, SpatialIndex,
-            SpatialIndexPlugin, SpatialIndexSystems,
+            Backfaces, HitTriangle, NoSpatialIndex, QueryVisibility, RayHit, SceneQuery, SceneQuerySettings,
+            SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems,
         },
     };
 

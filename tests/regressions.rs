@@ -4,10 +4,15 @@ use bevy::{
     math::{Vec3A, bounding::Aabb3d},
     prelude::*,
 };
-use bevy_sightline::geometry::ray::Ray;
+use bevy_sightline::{
+    geometry::ray::Ray,
+    mesh::{MeshBvh, TriangleMesh},
+    prelude::*,
+    spatial::AabbTree,
+};
+use rand::Rng;
 
-use crate::common::{add_mesh, headless_app, query};
-use bevy_sightline::prelude::*;
+use crate::common::{add_mesh, headless_app, query, random_dir, random_point, random_rotation, rng};
 
 #[test]
 fn a_ray_in_the_plane_of_the_upper_face_of_a_box_hits_it() {
@@ -36,4 +41,106 @@ fn a_ray_that_starts_a_centimetre_before_a_wall_far_from_the_origin_gets_the_exa
         "{} is not {exact}",
         hit.distance
     );
+}
+
+#[test]
+fn a_ray_along_a_triangle_hits_it_within_its_extent() {
+    let mut rng = rng(30);
+    let mut hits = 0;
+    for _ in 0..200 {
+        let mut app = headless_app();
+        let plane = add_mesh(&mut app, Plane3d::default().mesh().size(2.0, 2.0));
+        let place = Transform::from_translation(random_point(&mut rng, 100.0)).with_rotation(random_rotation(&mut rng));
+        app.world_mut().spawn((Mesh3d(plane), place));
+        app.update();
+        for _ in 0..50 {
+            let target = place * Vec3::new(rng.random_range(-1.0..1.0), 0.0, rng.random_range(-1.0..1.0));
+            let along = place.rotation * Vec3::new(1.0, rng.random_range(-1e-6..1e-6), 0.3).normalize();
+            let ray = Ray3d::new(target - along * 20.0, Dir3::new(along).expect("a unit vector"));
+            let settings = SceneQuerySettings::default().with_backfaces(Backfaces::Include);
+            if let Some(hit) = query(&mut app, |scene| scene.cast_ray(ray, &settings)) {
+                hits += 1;
+                let from_center = hit.position.distance(place.translation);
+                assert!(from_center < 1.5, "{from_center} m from the centre of a plane of 2 m");
+            }
+        }
+    }
+    assert!(hits > 100, "only {hits} hits");
+}
+
+#[test]
+fn of_twins_in_one_place_the_smaller_entity_is_hit_and_both_are_listed() {
+    let mut rng = rng(31);
+    for _ in 0..50 {
+        let mut app = headless_app();
+        let ball = add_mesh(&mut app, Sphere::default().mesh().ico(2).expect("few triangles"));
+        let place = Transform::from_translation(random_point(&mut rng, 50.0)).with_rotation(random_rotation(&mut rng));
+        let twins = [0; 3].map(|_| app.world_mut().spawn((Mesh3d(ball.clone()), place)).id());
+        let smallest = twins.into_iter().min().expect("three");
+        app.update();
+        for _ in 0..50 {
+            let direction = random_dir(&mut rng);
+            let ray = Ray3d::new(
+                place.translation - direction * 7.0 + random_point(&mut rng, 0.2),
+                direction,
+            );
+            let mut all = Vec::new();
+            let (nearest, any_blocks) = query(&mut app, |scene| {
+                let settings = SceneQuerySettings::default();
+                scene.cast_ray_until(ray, &settings, |_| true, &mut all);
+                (scene.cast_ray(ray, &settings), scene.any_hit(ray, &settings))
+            });
+            assert_eq!(nearest.map(|hit| hit.entity), Some(smallest));
+            assert_eq!(all.first().copied(), nearest);
+            assert_eq!(all.len(), 3, "all three are hit at one distance");
+            assert!(any_blocks);
+        }
+    }
+}
+
+#[test]
+fn coordinates_at_the_end_of_the_range_of_floats_are_built_into_trees() {
+    let far = Vec3A::X * 2e38;
+    let boxes = (0..20_u32).map(|key| {
+        let center = if key % 3 == 0 { far } else { Vec3A::splat(key as f32) };
+        (key, Aabb3d::new(center, Vec3A::ONE))
+    });
+    let mut tree = AabbTree::default();
+    assert!(tree.insert_many(boxes).iter().all(Result::is_ok));
+    assert_eq!(tree.validate(), Ok(()));
+
+    let mut mesh = Mesh::from(Sphere::default());
+    if let Some(bevy::mesh::VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION)
+    {
+        positions[0] = [2e38, 0.0, 0.0];
+        positions[7] = [-3e38, 3e38, 0.0];
+    }
+    let triangles = TriangleMesh::from_mesh(&mesh).expect("finite positions");
+    assert_eq!(MeshBvh::build(&triangles).mesh().len(), triangles.len());
+}
+
+#[test]
+fn a_mesh_that_is_scaled_almost_flat_is_hit_as_a_flat_one_is() {
+    for scale in [0.0, 1e-45, 1e-40, 1e-38, 1e-37, 1e-30, 1e-20, 1e-10] {
+        let mut app = headless_app();
+        let ball = add_mesh(&mut app, Sphere::default());
+        app.world_mut()
+            .spawn((Mesh3d(ball), Transform::from_scale(Vec3::new(1.0, 1.0, scale))));
+        app.update();
+        let ray = Ray3d::new(Vec3::new(0.1, 0.1, 100.0), Dir3::NEG_Z);
+        let hit = query(&mut app, |scene| scene.cast_ray(ray, &SceneQuerySettings::default()));
+        assert!(
+            hit.is_some_and(|hit| (hit.distance - 100.0).abs() < 1e-3),
+            "scale {scale}: {hit:?}"
+        );
+    }
+}
+
+#[test]
+fn mesh_assets_without_their_messages_do_no_harm() {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TransformPlugin, SightlinePlugins))
+        .init_resource::<Assets<Mesh>>();
+    app.update();
+    assert!(app.world().resource::<SpatialIndex>().is_empty());
 }

@@ -67,6 +67,10 @@ pub fn run(mut app: App) -> AppExit {
         }
     };
     print_report(&report);
+    if report["disagreements_with_bevy"].as_u64() > Some(u64::from(options.frames / 100)) {
+        eprintln!("more disagreements with Bevy than rounding explains");
+        return AppExit::error();
+    }
     println!("picture: {}", options.picture.display());
     if let Some(file) = &options.report
         && let Err(error) = fs::write(file, format!("{report:#}\n"))

@@ -87,7 +87,7 @@ fn select(
     things: Query<(), (With<Mesh3d>, Without<Ground>)>,
     selected: Query<Entity, With<Selected>>,
 ) {
-    if click.button != PointerButton::Primary || !(things.contains(click.entity)) {
+    if click.button != PointerButton::Primary || !things.contains(click.entity) {
         return;
     }
     for old in &selected {

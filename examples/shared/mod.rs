@@ -4,6 +4,7 @@
 
 use bevy::{
     app::{PluginGroupBuilder, ScheduleRunnerPlugin},
+    asset::RecursiveDependencyLoadState,
     camera::NormalizedRenderTarget,
     log::LogPlugin,
     picking::pointer::{Location, PointerAction, PointerId, PointerInput},
@@ -90,7 +91,7 @@ fn is_loaded(world: &mut World) -> Result<bool, String> {
 
     let server = world.resource::<AssetServer>();
     for handle in handles {
-        if let Some(bevy::asset::LoadState::Failed(error)) = server.get_load_state(handle) {
+        if let Some(RecursiveDependencyLoadState::Failed(error)) = server.get_recursive_dependency_load_state(handle) {
             return Err(format!("cannot load a model: {error}"));
         }
     }

@@ -7,6 +7,7 @@ use bevy::{
 
 /// A hit of a ray on an entity, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RayHit {
     /// The entity that was hit.
     pub entity: Entity,
@@ -25,6 +26,7 @@ pub struct RayHit {
 
 /// The triangle that a ray has hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HitTriangle {
     /// Its number in the mesh: in a list a third of the position of its first index, in a strip that position.
     pub index: u32,

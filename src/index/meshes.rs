@@ -18,11 +18,12 @@ use crate::{
     mesh::{MeshBvh, TriangleHit, TriangleMesh},
 };
 
-/// The bounding volume hierarchies of all meshes that indexed entities use, by asset.
+/// The bounding volume hierarchies of all meshes that indexed entities use or have used, by asset.
 ///
-/// They are built on the [`AsyncComputeTaskPool`], rebuilt when the asset changes, and dropped with it. While one is
+/// They are built on the [`AsyncComputeTaskPool`], rebuilt when the asset changes, and dropped with it; one that no
+/// entity uses any more is dropped when the asset changes. While one is
 /// being built, rays test every triangle of the mesh instead: the answers are the same, only slower.
-#[derive(Resource, Debug, Default)]
+#[derive(Resource, Debug)]
 pub struct MeshBvhs {
     slots: HashMap<AssetId<Mesh>, Slot>,
     building: HashSet<AssetId<Mesh>>,
@@ -54,6 +55,7 @@ enum Shape {
 
 /// How far the hierarchy of a mesh has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum MeshStatus {
     /// The asset is not loaded, or gone. Rays hit nothing.
     Missing,
@@ -66,6 +68,14 @@ pub enum MeshStatus {
 }
 
 impl MeshBvhs {
+    pub(super) fn new() -> Self {
+        Self {
+            slots: HashMap::default(),
+            building: HashSet::default(),
+            changed: Vec::new(),
+        }
+    }
+
     /// How far the hierarchy of a mesh has come, or `None` if no indexed entity has used it.
     pub fn status(&self, id: impl Into<AssetId<Mesh>>) -> Option<MeshStatus> {
         self.slots.get(&id.into()).map(|slot| match slot.shape {
@@ -115,25 +125,28 @@ impl MeshBvhs {
         }
     }
 
-    /// Builds anew what is known of a mesh that was added or modified.
-    pub(super) fn reload(&mut self, id: AssetId<Mesh>, assets: &Assets<Mesh>) {
+    /// Follows a mesh asset that was added, modified or removed.
+    pub(super) fn follow(&mut self, id: AssetId<Mesh>, assets: &Assets<Mesh>) {
         self.changed.push(id);
-        if let (Some(slot), Some(mesh)) = (self.slots.get_mut(&id), assets.get(id)) {
-            slot.load(id, mesh, None);
-            self.note_building(id);
+        self.building.remove(&id);
+        let Some(slot) = self.slots.get_mut(&id) else {
+            return;
+        };
+        match assets.get(id) {
+            _ if slot.users == 0 => {
+                self.slots.remove(&id);
+            }
+            Some(mesh) => {
+                slot.load(id, mesh, None);
+                self.note_building(id);
+            }
+            None => slot.shape = Shape::Missing,
         }
     }
 
-    /// Drops what is known of a mesh that is gone.
-    pub(super) fn unload(&mut self, id: AssetId<Mesh>) {
-        self.changed.push(id);
-        self.building.remove(&id);
-        if let Some(slot) = self.slots.get_mut(&id) {
-            slot.shape = Shape::Missing;
-            if slot.users == 0 {
-                self.slots.remove(&id);
-            }
-        }
+    /// Whether there is anything for [`drain_changed`](Self::drain_changed) to give.
+    pub(super) fn has_changed(&self) -> bool {
+        !self.changed.is_empty()
     }
 
     /// The meshes that were loaded, modified or unloaded since this was last called.
@@ -164,34 +177,28 @@ impl MeshBvhs {
     /// The nearest hit on a mesh in the world, with the parameter of the ray.
     pub(super) fn closest_hit(&self, surface: &MeshSurface, ray: &Ray, backfaces: Backfaces) -> Option<TriangleHit> {
         let shape = &self.slots.get(&surface.mesh)?.shape;
-        let Some(local_from_world) = &surface.local_from_world else {
-            let place = |corner: Vec3A| surface.world_from_local.transform_point3a(corner);
-            return shape.mesh()?.closest_hit_of(ray, backfaces, place);
-        };
-        let local_ray = ray.transformed_by(local_from_world)?;
-        let (mesh, mut hit) = match shape {
-            Shape::Missing | Shape::Unusable => return None,
-            Shape::Building { mesh, .. } => (&**mesh, mesh.closest_hit(&local_ray, backfaces)?),
-            Shape::Ready(bvh) => (bvh.mesh(), bvh.closest_hit(&local_ray, backfaces)?),
-        };
-        if let Some(t) = ray.plane_intersection_under(local_from_world, mesh.triangle(&hit)) {
-            hit.t = t.clamp(0.0, ray.t_max());
+        match (surface.ray_to_local(ray), shape) {
+            (_, Shape::Missing | Shape::Unusable) => None,
+            (Some(local), Shape::Building { mesh, .. }) => mesh.closest_hit(&local, backfaces),
+            (Some(local), Shape::Ready(bvh)) => bvh.closest_hit(&local, backfaces),
+            // The transform is flat, or so nearly flat that the ray overflows: take the triangles to the world.
+            (None, shape) => {
+                let place = |corner: Vec3A| surface.world_from_local.transform_point3a(corner);
+                shape.mesh()?.closest_hit_of(ray, backfaces, place)
+            }
         }
-        Some(hit)
     }
 
     /// Whether the ray hits a mesh in the world anywhere.
     pub(super) fn any_hit(&self, surface: &MeshSurface, ray: &Ray, backfaces: Backfaces) -> bool {
-        match (&self.slots.get(&surface.mesh), surface.local_from_world) {
+        match (self.slots.get(&surface.mesh), surface.ray_to_local(ray)) {
             (
                 Some(Slot {
                     shape: Shape::Ready(bvh),
                     ..
                 }),
-                Some(local_from_world),
-            ) => ray
-                .transformed_by(&local_from_world)
-                .is_some_and(|ray| bvh.any_hit(&ray, backfaces)),
+                Some(local),
+            ) => bvh.any_hit(&local, backfaces),
             _ => self.closest_hit(surface, ray, backfaces).is_some(),
         }
     }
@@ -206,17 +213,17 @@ impl MeshBvhs {
 impl Slot {
     /// Takes over the triangles of `mesh`, and sends them to be built. `user` is named if they are bad.
     fn load(&mut self, id: AssetId<Mesh>, mesh: &Mesh, user: Option<Entity>) {
-        let of_user = user.map_or(String::new(), |user| format!(" (used by {user})"));
         let mut warn_once = |what: std::fmt::Arguments| {
             if !std::mem::replace(&mut self.warned, true) {
-                warn!("rays cannot hit {what} of mesh {id}{of_user}");
+                let of_user = user.map_or(String::new(), |user| format!(" (used by {user})"));
+                warn!("mesh {id}{of_user}: {what}");
             }
         };
         self.shape = match TriangleMesh::from_mesh(mesh) {
             Ok(mesh) => {
                 if mesh.left_out() > 0 {
                     warn_once(format_args!(
-                        "{} of {} triangles, whose indices are out of range or whose positions are NaN or infinite,",
+                        "rays cannot hit {} of its {} triangles: indices out of range, or positions NaN or infinite",
                         mesh.left_out(),
                         mesh.left_out() + mesh.len(),
                     ));
@@ -224,7 +231,7 @@ impl Slot {
                 Shape::build(mesh)
             }
             Err(why) => {
-                warn_once(format_args!("any triangle, because {why}:"));
+                warn_once(format_args!("rays cannot hit it: {why}"));
                 Shape::Unusable
             }
         };

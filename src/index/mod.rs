@@ -4,7 +4,8 @@
 //!
 //! # What is indexed
 //!
-//! Every entity with a `GlobalTransform` and bounds, unless it has [`NoSpatialIndex`] or is disabled. Its bounds are
+//! Every entity with a `GlobalTransform` and bounds, unless it has [`NoSpatialIndex`] or is `Disabled` (other disabling
+//! components are not followed, but what they disable is not found). Its bounds are
 //! its `Aabb`, which Bevy computes for whatever it draws; an entity that has a mesh and no `Aabb` (`NoFrustumCulling`,
 //! `NoAutoAabb`) gets the box of its mesh.
 //!
@@ -16,9 +17,10 @@
 //!
 //! # Bad data
 //!
-//! An entity whose transform or bounds are NaN or infinite is left out, with one warning that names it, and listed by
-//! [`SpatialIndex::refused`]; it comes back by itself when its data are good again. So it is with meshes that have no
-//! surface, and the entity keeps its box.
+//! An entity whose transform or bounds are NaN or infinite, or so large that its world box overflows, is left out, with
+//! one warning that names it, and listed by [`SpatialIndex::refused`]; it comes back by itself when its data are good
+//! again. A mesh without a surface gets one warning too, and [`MeshBvhs::status`] tells; its entities keep their boxes.
+//! Skinned and morphed meshes are hit in their bind pose.
 
 mod components;
 mod hit;
@@ -28,6 +30,7 @@ mod settings;
 mod spatial_index;
 mod sync;
 
+pub use crate::geometry::ray::triangle::Backfaces;
 pub use components::{NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
 pub use meshes::{MeshBvhs, MeshStatus};
@@ -37,9 +40,12 @@ pub use spatial_index::{Refusal, SpatialIndex};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::{AssetEventSystems, Assets},
+    asset::{AssetEvent, AssetEventSystems, Assets},
     camera::visibility::VisibilitySystems,
-    ecs::schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
+    ecs::{
+        message::Messages,
+        schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
+    },
     mesh::Mesh,
     transform::TransformSystems,
 };
@@ -63,8 +69,8 @@ impl Plugin for SpatialIndexPlugin {
         if app.world().contains_resource::<SpatialIndex>() {
             return;
         }
-        app.init_resource::<SpatialIndex>()
-            .init_resource::<MeshBvhs>()
+        app.insert_resource(SpatialIndex::new())
+            .insert_resource(MeshBvhs::new())
             .register_type::<NoSpatialIndex>()
             .configure_sets(
                 PostUpdate,
@@ -78,7 +84,9 @@ impl Plugin for SpatialIndexPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    sync::follow_mesh_assets.run_if(resource_exists::<Assets<Mesh>>),
+                    sync::follow_mesh_assets
+                        .run_if(resource_exists::<Assets<Mesh>>)
+                        .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
                     sync::follow_entities,
                 )
                     .chain()

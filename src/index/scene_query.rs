@@ -51,8 +51,8 @@ pub struct SceneQuery<'w, 's> {
 impl SceneQuery<'_, '_> {
     /// The nearest hit of a ray.
     ///
-    /// Exact: the triangles of the meshes are tested, as [`crate::index`] says. Of hits at one distance the smallest
-    /// entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
+    /// Exact: the triangles of the meshes are tested, as [`crate::index`] says. Of hits at one distance, up to rounding,
+    /// the smallest entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
         let ray = Ray::from_ray3d(ray, settings.max_distance)?;
         let mut rest = ray;
@@ -91,23 +91,28 @@ impl SceneQuery<'_, '_> {
         hits: &mut Vec<RayHit>,
     ) {
         hits.clear();
-        let Some(mut ray) = Ray::from_ray3d(ray, settings.max_distance) else {
+        let Some(ray) = Ray::from_ray3d(ray, settings.max_distance) else {
             return;
         };
-        self.index.tree().visit_ray(&{ ray }, |slot, _| {
-            let hit = self.hit_surface(slot, &ray, settings);
+        let mut rest = ray;
+        let mut blocked_at = f32::INFINITY;
+        self.index.tree().visit_ray(&ray, |slot, _| {
+            let hit = self.hit_surface(slot, &rest, settings);
             let Some(hit) = hit.filter(|hit| self.confirm(hit.entity, settings)) else {
                 return RayVisit::Continue;
             };
-            hits.extend(self.ray_hit(&ray, &hit));
-            if blocks(hit.entity) {
-                ray = ray.with_t_max(hit.hit.t);
-                RayVisit::Shorten(hit.hit.t)
-            } else {
-                RayVisit::Continue
+            let Some(ray_hit) = self.ray_hit(&ray, &hit) else {
+                return RayVisit::Continue;
+            };
+            hits.push(ray_hit);
+            if !blocks(hit.entity) {
+                return RayVisit::Continue;
             }
+            blocked_at = blocked_at.min(ray_hit.distance);
+            rest = rest.with_t_max(hit.hit.t);
+            RayVisit::Shorten(hit.hit.t)
         });
-        hits.retain(|hit| hit.distance <= ray.t_max());
+        hits.retain(|hit| hit.distance <= blocked_at);
         hits.sort_unstable_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.entity.cmp(&b.entity)));
     }
 
@@ -218,10 +223,14 @@ impl SceneQuery<'_, '_> {
         let mesh = self.meshes.triangles(surface.mesh)?;
         let place = |vertex| surface.world_from_local.transform_point3(vertex);
         let vertices = mesh.triangle(hit).map(place);
+        let distance = surface.local_from_world.map_or(hit.t, |local_from_world| {
+            ray.refined_under(&local_from_world, mesh.triangle(hit), hit.t)
+                .clamp(0.0, ray.t_max())
+        });
         Some(RayHit {
             entity: *entity,
-            distance: hit.t,
-            position: ray.at(hit.t).into(),
+            distance,
+            position: ray.at(distance).into(),
             normal: world_normal(mesh, surface, hit, vertices, ray),
             triangle: Some(HitTriangle {
                 index: hit.triangle,

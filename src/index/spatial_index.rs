@@ -12,7 +12,7 @@ use bevy::{
 };
 
 use crate::{
-    geometry::ray::triangle::Backfaces,
+    geometry::ray::{Ray, triangle::Backfaces},
     spatial::{AabbTree, LeafId, SpatialQueries, aabb_tree::BrokenInvariant},
 };
 
@@ -20,7 +20,7 @@ use crate::{
 /// [`SpatialIndexSystems::Sync`](super::SpatialIndexSystems::Sync).
 ///
 /// Ask it through [`SceneQuery`](super::SceneQuery); what is here is for tools and tests.
-#[derive(Resource, Debug, Default)]
+#[derive(Resource, Debug)]
 pub struct SpatialIndex {
     tree: AabbTree<Slot>,
     slot_of: EntityHashMap<Slot>,
@@ -37,6 +37,7 @@ pub(super) type Slot = u32;
 
 /// Why an entity is not in the index although it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
 pub enum Refusal {
     /// Its `GlobalTransform` has a NaN or infinite value.
     #[error("its GlobalTransform has NaN or infinite values")]
@@ -73,13 +74,32 @@ pub(super) struct Contents {
 pub(super) struct MeshSurface {
     pub mesh: AssetId<Mesh>,
     pub world_from_local: Affine3A,
-    /// In double precision, for [`Ray::transformed_by`](crate::geometry::ray::Ray::transformed_by). `None` where the
+    /// In double precision, for [`Ray::transformed_by`]. `None` where the
     /// transform flattens the mesh.
     pub local_from_world: Option<DAffine3>,
     pub backfaces: Backfaces,
 }
 
+impl MeshSurface {
+    /// The ray in the space of the mesh, with the same parameters, if there is such a ray.
+    #[inline]
+    pub fn ray_to_local(&self, ray: &Ray) -> Option<Ray> {
+        ray.transformed_by(self.local_from_world.as_ref()?)
+    }
+}
+
 impl SpatialIndex {
+    pub(super) fn new() -> Self {
+        Self {
+            tree: AabbTree::default(),
+            slot_of: EntityHashMap::default(),
+            entries: Vec::new(),
+            surfaces: Vec::new(),
+            free_slots: Vec::new(),
+            refused: EntityHashMap::default(),
+        }
+    }
+
     /// The number of entities in the index.
     pub fn len(&self) -> usize {
         self.slot_of.len()

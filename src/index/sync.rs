@@ -11,7 +11,7 @@ use bevy::{
     },
     ecs::{
         change_detection::{Res, ResMut},
-        entity::{Entity, EntityHashSet},
+        entity::{Entity, EntityHashMap, EntityHashSet},
         entity_disabling::Disabled,
         lifecycle::RemovedComponents,
         message::MessageReader,
@@ -21,7 +21,7 @@ use bevy::{
     },
     math::{Affine3A, DAffine3, bounding::Aabb3d},
     mesh::{Mesh, Mesh2d, Mesh3d},
-    platform::collections::HashMap,
+    platform::collections::{HashMap, HashSet},
     transform::components::GlobalTransform,
 };
 use tracing::warn;
@@ -41,14 +41,23 @@ pub(super) fn follow_mesh_assets(
     assets: Res<Assets<Mesh>>,
     mut meshes: ResMut<MeshBvhs>,
 ) {
-    for event in events.read() {
-        match *event {
-            AssetEvent::Added { id } | AssetEvent::Modified { id } => meshes.reload(id, &assets),
-            AssetEvent::Removed { id } | AssetEvent::Unused { id } => meshes.unload(id),
-            AssetEvent::LoadedWithDependencies { .. } => {}
-        }
+    // An asset that has changed several times is looked at once, as it is now.
+    let changed: HashSet<AssetId<Mesh>> = events
+        .read()
+        .filter_map(|event| match *event {
+            AssetEvent::Added { id }
+            | AssetEvent::Modified { id }
+            | AssetEvent::Removed { id }
+            | AssetEvent::Unused { id } => Some(id),
+            AssetEvent::LoadedWithDependencies { .. } => None,
+        })
+        .collect();
+    for id in changed {
+        meshes.follow(id, &assets);
     }
-    meshes.collect_built();
+    if meshes.building() > 0 {
+        meshes.collect_built();
+    }
 }
 
 /// Everything that the index reads of an entity.
@@ -115,12 +124,43 @@ impl Removed<'_, '_> {
 /// What [`follow_entities`] keeps from frame to frame.
 #[derive(Default)]
 pub(super) struct Memory {
-    /// The entities whose box comes from a mesh asset rather than from an `Aabb`, or would if it were loaded. May
-    /// hold some that once were so.
-    bounded_by_mesh: HashMap<AssetId<Mesh>, EntityHashSet>,
+    bounded_by_mesh: BoundedByMesh,
     /// Buffers, kept for their memory.
     dirty: Vec<Entity>,
     new: Vec<(Entity, Contents)>,
+}
+
+/// The entities whose box comes from a mesh asset rather than from an `Aabb`, or would if it were loaded.
+#[derive(Default)]
+struct BoundedByMesh {
+    entities: HashMap<AssetId<Mesh>, EntityHashSet>,
+    mesh_of: EntityHashMap<AssetId<Mesh>>,
+}
+
+impl BoundedByMesh {
+    fn insert(&mut self, entity: Entity, mesh: AssetId<Mesh>) {
+        self.entities.entry(mesh).or_default().insert(entity);
+        self.mesh_of.insert(entity, mesh);
+    }
+
+    fn remove(&mut self, entity: Entity) {
+        // Mostly there is nothing to look up.
+        if self.mesh_of.is_empty() {
+            return;
+        }
+        if let Some(mesh) = self.mesh_of.remove(&entity)
+            && let Some(entities) = self.entities.get_mut(&mesh)
+        {
+            entities.remove(&entity);
+            if entities.is_empty() {
+                self.entities.remove(&mesh);
+            }
+        }
+    }
+
+    fn of(&self, mesh: AssetId<Mesh>) -> impl Iterator<Item = Entity> + '_ {
+        self.entities.get(&mesh).into_iter().flatten().copied()
+    }
 }
 
 /// Brings the index up to date with every entity that has changed in any way that matters.
@@ -143,9 +183,11 @@ pub(super) fn follow_entities(
     let changed_alone = dirty.len();
     dirty.extend(&disabled);
     dirty.extend(removed.read());
-    for mesh in meshes.drain_changed() {
-        // Those of whom it is still true come back when they are reconciled.
-        dirty.extend(bounded_by_mesh.remove(&mesh).into_iter().flatten());
+    if meshes.has_changed() {
+        dirty.extend(meshes.drain_changed().flat_map(|mesh| bounded_by_mesh.of(mesh)));
+    }
+    if dirty.is_empty() {
+        return;
     }
     if dirty.len() > changed_alone {
         // One entity may be in several lists.
@@ -173,7 +215,7 @@ struct Reconciler<'a> {
     assets: Option<&'a Assets<Mesh>>,
     meshes: &'a mut MeshBvhs,
     index: &'a mut SpatialIndex,
-    bounded_by_mesh: &'a mut HashMap<AssetId<Mesh>, EntityHashSet>,
+    bounded_by_mesh: &'a mut BoundedByMesh,
     /// Entities to be inserted together.
     new: &'a mut Vec<(Entity, Contents)>,
 }
@@ -182,6 +224,7 @@ impl Reconciler<'_> {
     /// Makes the index agree with `entity`, which is gone, disabled or without a place in the world if there is no
     /// `item`.
     fn reconcile(&mut self, entity: Entity, item: Option<IndexedItem>) {
+        self.bounded_by_mesh.remove(entity);
         let old_mesh = self.index.mesh(entity);
         let item = item.filter(|item| !item.is_left_out);
         let mesh = item.as_ref().and_then(pick_mesh);
@@ -282,7 +325,7 @@ impl Reconciler<'_> {
         }
         let asks_mesh = own.is_none() || item.simplified_mesh.is_some();
         let of_mesh = mesh.filter(|_| asks_mesh).and_then(|mesh| {
-            self.bounded_by_mesh.entry(mesh).or_default().insert(entity);
+            self.bounded_by_mesh.insert(entity, mesh);
             self.meshes.aabb(mesh)
         });
         Ok(match (own, of_mesh) {

@@ -31,6 +31,7 @@ pub struct TriangleHit {
 
 /// Why a mesh has no triangles to hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
 pub enum UnusableMesh {
     /// Lines and points have no surface.
     #[error("its topology is {0:?}, which has no surface to hit")]

@@ -30,19 +30,19 @@ pub(crate) fn partition(items: &mut [BuildItem]) -> usize {
     debug_assert!(items.len() >= 2);
     let (mut low, mut high) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     for item in items.iter() {
-        let centroid = item.aabb.center();
+        let centroid = centroid(item);
         low = low.min(centroid);
         high = high.max(centroid);
     }
     let extent = high - low;
     let bin_per_length = Vec3A::splat(BINS as f32) / extent;
     let bin_of = |item: &BuildItem, axis: usize| {
-        let offset = (item.aabb.center()[axis] - low[axis]) * bin_per_length[axis];
+        let offset = (centroid(item)[axis] - low[axis]) * bin_per_length[axis];
         (offset as usize).min(BINS - 1)
     };
 
     let best = (0..3)
-        .filter(|&axis| extent[axis] > 0.0 && bin_per_length[axis].is_finite())
+        .filter(|&axis| extent[axis] > 0.0 && extent[axis].is_finite() && bin_per_length[axis].is_finite())
         .map(|axis| {
             let (cost, cut) = best_cut(items, |item| bin_of(item, axis));
             (cost, axis, cut)
@@ -51,9 +51,14 @@ pub(crate) fn partition(items: &mut [BuildItem]) -> usize {
 
     match best {
         Some((_, axis, cut)) => partition_in_place(items, |item| bin_of(item, axis) < cut),
-        // All centroids coincide: any halves are as good as any others.
+        // All centroids coincide, or are too far apart to tell: any halves are as good as any others.
         None => items.len() / 2,
     }
+}
+
+/// The middle of the box; halved first, so that it does not overflow.
+fn centroid(item: &BuildItem) -> Vec3A {
+    item.aabb.min * 0.5 + item.aabb.max * 0.5
 }
 
 /// The cheapest cut along one axis: its cost, and the first bin of the second part. The outermost bins hold the
@@ -106,6 +111,6 @@ fn partition_in_place(items: &mut [BuildItem], is_left: impl Fn(&BuildItem) -> b
             left += 1;
         }
     }
-    debug_assert!(0 < left && left < items.len());
-    left
+    // One part may be empty after all where the bins round: both must have members.
+    left.clamp(1, items.len() - 1)
 }

@@ -2,7 +2,7 @@
 //!
 //! | structure | build | update | queries | for |
 //! |---|---|---|---|---|
-//! | [`AabbTree`] | binned SAH, O(n log n) | O(log n) each, none inside the margin | O(log n + hits) | everything that moves, of any size |
+//! | [`AabbTree`] | binned SAH, O(n log n) | O(log n) each: refitted inside the margin, re-inserted beyond | O(log n + hits) | everything that moves, of any size |
 //! | [`BruteForce`] | none | O(1) | O(n) | the oracle of the tests, and a handful of boxes |
 //!
 //! A structure stores boxes and keys, and knows nothing about what is inside a box: the caller's closure decides

@@ -92,17 +92,22 @@ impl Ray {
         Self::new(origin.as_vec3(), direction.as_vec3(), self.t_max)
     }
 
-    /// The parameter at which this ray, taken into another space by `transform`, meets the plane of a triangle there,
-    /// right to the last digit; `None` if the ray runs along the plane.
+    /// The parameter `t` of a hit on a triangle in the space that `transform` leads to, right to the last digit.
     ///
-    /// What a test after [`transformed_by`](Self::transformed_by) finds is off by the rounding of the coordinates: a
-    /// micrometre for a mesh of some metres, which is much for a ray that starts a millimetre before it.
-    pub fn plane_intersection_under(&self, transform: &DAffine3, triangle: [Vec3; 3]) -> Option<f32> {
+    /// What a test after [`transformed_by`](Self::transformed_by) finds is off by the rounding of the coordinates there:
+    /// a micrometre for a mesh of some metres, which is much for a ray that starts a millimetre before it. The plane of
+    /// the triangle decides, within the extent of the triangle along the ray: of a triangle that is seen edge-on, the
+    /// plane is met anywhere.
+    pub fn refined_under(&self, transform: &DAffine3, triangle: [Vec3; 3], t: f32) -> f32 {
         let (origin, direction) = self.exactly_under(transform);
-        let [a, b, c] = triangle.map(Vec3::as_dvec3);
+        let [a, b, c] = triangle.map(|corner| corner.as_dvec3() - origin);
         let normal = (b - a).cross(c - a);
-        let t = normal.dot(a - origin) / normal.dot(direction);
-        t.is_finite().then_some(t as f32)
+        let exact = normal.dot(a) / normal.dot(direction);
+        let along = DVec3::new(a.dot(direction), b.dot(direction), c.dot(direction)) / direction.length_squared();
+        if !exact.is_finite() || !along.is_finite() {
+            return t;
+        }
+        exact.clamp(along.min_element(), along.max_element()) as f32
     }
 
     fn exactly_under(&self, transform: &DAffine3) -> (DVec3, DVec3) {

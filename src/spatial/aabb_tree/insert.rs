@@ -171,7 +171,7 @@ fn split(children: &mut [(Aabb3d, Child)]) -> usize {
     };
     let mut best = (f32::INFINITY, 0, children.len() / 2);
     for axis in 0..3 {
-        children.sort_unstable_by(by_axis(axis));
+        children.sort_by(by_axis(axis));
         for cut in LEAST_FILL..=children.len() - LEAST_FILL {
             let cost = area(&children[..cut]) + area(&children[cut..]);
             if cost < best.0 {
@@ -180,6 +180,6 @@ fn split(children: &mut [(Aabb3d, Child)]) -> usize {
         }
     }
     let (_, axis, cut) = best;
-    children.sort_unstable_by(by_axis(axis));
+    children.sort_by(by_axis(axis));
     cut
 }

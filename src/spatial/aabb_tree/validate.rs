@@ -12,6 +12,7 @@ use bevy::math::bounding::BoundingVolume;
 
 /// An invariant of the tree that does not hold: a bug in this crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BrokenInvariant {
     /// The root has a parent.
     #[error("the root has a parent")]
