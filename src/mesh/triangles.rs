@@ -53,8 +53,6 @@ pub enum UnusableMesh {
 /// The triangles of a mesh with what a hit reports of them: a copy of the data of the mesh.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
-    /// Three for each triangle, side by side: a test of a triangle then loads one stretch of memory.
-    corners: Vec<[Vec3; 3]>,
     /// One for each vertex, or none at all.
     normals: Vec<[f32; 3]>,
     /// One for each vertex, or none at all.
@@ -66,8 +64,11 @@ pub struct TriangleMesh {
     left_out: usize,
 }
 
+/// All of a triangle in one place: a test of it then loads one stretch of memory.
 #[derive(Clone, Copy, Debug)]
 struct Triangle {
+    corners: [Vec3; 3],
+    /// The places of its attributes.
     vertices: [u32; 3],
     /// Its number in the mesh.
     number: u32,
@@ -99,7 +100,7 @@ impl TriangleMesh {
         };
         let positions = values.as_float3().ok_or(UnusableMesh::PositionFormat(values.into()))?;
 
-        let numbered: Vec<Triangle> = match (mesh.try_indices_option().ok().flatten(), topology) {
+        let numbered: Vec<Numbered> = match (mesh.try_indices_option().ok().flatten(), topology) {
             (None, PrimitiveTopology::TriangleStrip) => strip(0..positions.len() as u32, None),
             (None, _) => list(0..positions.len() as u32),
             (Some(Indices::U16(indices)), PrimitiveTopology::TriangleStrip) => {
@@ -112,22 +113,25 @@ impl TriangleMesh {
             (Some(Indices::U32(indices)), _) => list(indices.iter().copied()),
         };
 
-        let is_sound = |triangle: &Triangle| {
-            triangle.vertices.into_iter().all(|vertex| {
-                let position = positions.get(vertex as usize);
-                position.is_some_and(|position| Vec3::from(*position).is_finite())
-            })
-        };
         let all = numbered.len();
-        let triangles: Vec<Triangle> = numbered.into_iter().filter(is_sound).collect();
-        let corners: Vec<[Vec3; 3]> = triangles
-            .iter()
-            .map(|triangle| triangle.vertices.map(|vertex| positions[vertex as usize].into()))
+        let corner = |vertex: u32| {
+            let position = positions.get(vertex as usize).copied().map(Vec3::from);
+            position.filter(|position| position.is_finite())
+        };
+        let triangles: Vec<Triangle> = numbered
+            .into_iter()
+            .filter_map(|(number, vertices)| {
+                let [a, b, c] = vertices.map(corner);
+                Some(Triangle {
+                    corners: [a?, b?, c?],
+                    vertices,
+                    number,
+                })
+            })
             .collect();
-        let aabb = Aabb3d::enclosing(corners.as_flattened().iter().map(|&corner| corner.into()))
-            .ok_or(UnusableMesh::NoTriangles)?;
+        let corners = triangles.iter().flat_map(|triangle| triangle.corners);
+        let aabb = Aabb3d::enclosing(corners.map(Vec3A::from)).ok_or(UnusableMesh::NoTriangles)?;
         Ok(Self {
-            corners,
             normals: match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
                 Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => normals.clone(),
                 _ => Vec::new(),
@@ -190,7 +194,7 @@ impl TriangleMesh {
 
     /// The corners of the triangle that was hit.
     pub fn triangle(&self, hit: &TriangleHit) -> [Vec3; 3] {
-        self.corners[hit.slot as usize]
+        self.triangles[hit.slot as usize].corners
     }
 
     /// The normal at the hit: interpolated from the vertices, of any length; without vertex normals, that of the
@@ -229,7 +233,7 @@ impl TriangleMesh {
 
     #[inline]
     pub(super) fn corners(&self, slot: u32) -> [Vec3A; 3] {
-        self.corners[slot as usize].map(Vec3A::from)
+        self.triangles[slot as usize].corners.map(Vec3A::from)
     }
 
     #[inline]
@@ -249,7 +253,7 @@ impl TriangleMesh {
         let vertex_count = self.normals.len().max(self.uvs.len());
         let mut new_vertex = vec![UNSEEN; vertex_count];
         let mut old_vertices = Vec::with_capacity(vertex_count);
-        let (corners, triangles) = order
+        let triangles = order
             .map(|slot| {
                 let mut triangle = self.triangles[slot as usize];
                 for vertex in &mut triangle.vertices {
@@ -263,11 +267,10 @@ impl TriangleMesh {
                     }
                     *vertex = *new;
                 }
-                (self.corners[slot as usize], triangle)
+                triangle
             })
-            .unzip();
+            .collect();
         Self {
-            corners,
             triangles,
             normals: reorder(&self.normals, &old_vertices),
             uvs: reorder(&self.uvs, &old_vertices),
@@ -291,17 +294,17 @@ pub(super) fn nearer(best: Option<TriangleHit>, hit: TriangleHit) -> Option<Tria
     }
 }
 
-fn list(mut indices: impl Iterator<Item = u32>) -> Vec<Triangle> {
+/// A number of a triangle in the mesh, and its vertices.
+type Numbered = (u32, [u32; 3]);
+
+fn list(mut indices: impl Iterator<Item = u32>) -> Vec<Numbered> {
     (0..)
-        .map_while(|number| {
-            let vertices = [indices.next()?, indices.next()?, indices.next()?];
-            Some(Triangle { vertices, number })
-        })
+        .map_while(|number| Some((number, [indices.next()?, indices.next()?, indices.next()?])))
         .collect()
 }
 
 /// The triangles of a strip: every second one is turned round, so that all face one way.
-fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<Triangle> {
+fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<Numbered> {
     let indices: Vec<u32> = indices.collect();
     let mut since_restart = 0;
     let triangle = |(number, window): (u32, &[u32])| {
@@ -311,8 +314,7 @@ fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<Triang
         }
         since_restart += 1;
         let (a, b, c) = (window[0], window[1], window[2]);
-        let vertices = if since_restart % 2 == 1 { [a, b, c] } else { [b, a, c] };
-        Some(Triangle { vertices, number })
+        Some((number, if since_restart % 2 == 1 { [a, b, c] } else { [b, a, c] }))
     };
     (0..).zip(indices.windows(3)).filter_map(triangle).collect()
 }
