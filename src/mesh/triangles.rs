@@ -53,10 +53,8 @@ pub enum UnusableMesh {
 /// The triangles of a mesh with what a hit reports of them: a copy of the data of the mesh.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
-    /// One for each vertex, or none at all.
-    normals: Vec<[f32; 3]>,
-    /// One for each vertex, or none at all.
-    uvs: Vec<[f32; 2]>,
+    vertices: Vec<Vertex>,
+    has_uvs: bool,
     triangles: Vec<Triangle>,
     /// The box around all triangles.
     aabb: Aabb3d,
@@ -72,6 +70,14 @@ struct Triangle {
     vertices: [u32; 3],
     /// Its number in the mesh.
     number: u32,
+}
+
+/// What a hit reports of a vertex.
+#[derive(Clone, Copy, Debug)]
+struct Vertex {
+    /// Zero if the mesh has no normals.
+    normal: [f32; 3],
+    uv: [f32; 2],
 }
 
 impl TriangleMesh {
@@ -131,15 +137,22 @@ impl TriangleMesh {
             .collect();
         let corners = triangles.iter().flat_map(|triangle| triangle.corners);
         let aabb = Aabb3d::enclosing(corners.map(Vec3A::from)).ok_or(UnusableMesh::NoTriangles)?;
+        let normals = match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
+            Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => Some(normals),
+            _ => None,
+        };
+        let uvs = match mesh.try_attribute(Mesh::ATTRIBUTE_UV_0) {
+            Ok(VertexAttributeValues::Float32x2(uvs)) if uvs.len() == positions.len() => Some(uvs),
+            _ => None,
+        };
         Ok(Self {
-            normals: match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
-                Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => normals.clone(),
-                _ => Vec::new(),
-            },
-            uvs: match mesh.try_attribute(Mesh::ATTRIBUTE_UV_0) {
-                Ok(VertexAttributeValues::Float32x2(uvs)) if uvs.len() == positions.len() => uvs.clone(),
-                _ => Vec::new(),
-            },
+            vertices: (0..positions.len())
+                .map(|vertex| Vertex {
+                    normal: normals.map_or([0.0; 3], |normals| normals[vertex]),
+                    uv: uvs.map_or([0.0; 2], |uvs| uvs[vertex]),
+                })
+                .collect(),
+            has_uvs: uvs.is_some(),
             aabb,
             left_out: all - triangles.len(),
             triangles,
@@ -200,35 +213,30 @@ impl TriangleMesh {
     /// The normal at the hit: interpolated from the vertices, of any length; without vertex normals, that of the
     /// triangle.
     pub fn normal(&self, hit: &TriangleHit) -> Vec3 {
-        let interpolated: Option<Vec3> = self
-            .attribute(&self.normals, hit)
-            .map(|normals| interpolate(hit.barycentrics, normals.map(Vec3::from)));
-        match interpolated {
-            Some(normal) if normal.is_finite() && normal != Vec3::ZERO => normal,
-            _ => {
-                let [a, b, c] = self.triangle(hit);
-                // Scaled first, so that the product of tiny sides does not underflow.
-                let (ab, ac) = (b - a, c - a);
-                let longest = ab.abs().max(ac.abs()).max_element();
-                (ab / longest).cross(ac / longest)
-            }
+        let normal = interpolate(
+            hit.barycentrics,
+            self.vertices(hit).map(|vertex| Vec3::from(vertex.normal)),
+        );
+        if normal.is_finite() && normal != Vec3::ZERO {
+            return normal;
         }
+        let [a, b, c] = self.triangle(hit);
+        // Scaled first, so that the product of tiny sides does not underflow.
+        let (ab, ac) = (b - a, c - a);
+        let longest = ab.abs().max(ac.abs()).max_element();
+        (ab / longest).cross(ac / longest)
     }
 
     /// The texture coordinates at the hit, if the mesh has any.
     pub fn uv(&self, hit: &TriangleHit) -> Option<Vec2> {
-        let uvs = self.attribute(&self.uvs, hit)?;
-        Some(interpolate(hit.barycentrics, uvs.map(Vec2::from)))
+        let uvs = || self.vertices(hit).map(|vertex| Vec2::from(vertex.uv));
+        self.has_uvs.then(|| interpolate(hit.barycentrics, uvs()))
     }
 
-    /// The values of a vertex attribute at the corners of the triangle that was hit.
-    fn attribute<T: Copy>(&self, values: &[T], hit: &TriangleHit) -> Option<[T; 3]> {
-        let [a, b, c] = self.triangles[hit.slot as usize].vertices;
-        Some([
-            *values.get(a as usize)?,
-            *values.get(b as usize)?,
-            *values.get(c as usize)?,
-        ])
+    /// The vertices of the triangle that was hit.
+    fn vertices(&self, hit: &TriangleHit) -> [&Vertex; 3] {
+        let vertices = self.triangles[hit.slot as usize].vertices;
+        vertices.map(|vertex| &self.vertices[vertex as usize])
     }
 
     #[inline]
@@ -250,39 +258,28 @@ impl TriangleMesh {
     /// vertices follow the triangles, so that what a hit looks up lies together.
     pub(super) fn reordered(&self, order: impl Iterator<Item = u32>) -> Self {
         const UNSEEN: u32 = u32::MAX;
-        let vertex_count = self.normals.len().max(self.uvs.len());
-        let mut new_vertex = vec![UNSEEN; vertex_count];
-        let mut old_vertices = Vec::with_capacity(vertex_count);
+        let mut new_place = vec![UNSEEN; self.vertices.len()];
+        let mut vertices = Vec::with_capacity(self.vertices.len());
         let triangles = order
             .map(|slot| {
                 let mut triangle = self.triangles[slot as usize];
                 for vertex in &mut triangle.vertices {
-                    // A vertex without attributes keeps its number, which means nothing then.
-                    let Some(new) = new_vertex.get_mut(*vertex as usize) else {
-                        continue;
-                    };
-                    if *new == UNSEEN {
-                        *new = old_vertices.len() as u32;
-                        old_vertices.push(*vertex as usize);
+                    let place = &mut new_place[*vertex as usize];
+                    if *place == UNSEEN {
+                        *place = vertices.len() as u32;
+                        vertices.push(self.vertices[*vertex as usize]);
                     }
-                    *vertex = *new;
+                    *vertex = *place;
                 }
                 triangle
             })
             .collect();
         Self {
             triangles,
-            normals: reorder(&self.normals, &old_vertices),
-            uvs: reorder(&self.uvs, &old_vertices),
+            vertices,
             ..*self
         }
     }
-}
-
-/// The values at the given places, or none if there are none.
-fn reorder<T: Copy>(values: &[T], places: &[usize]) -> Vec<T> {
-    let places = if values.is_empty() { &[] } else { places };
-    places.iter().map(|&place| values[place]).collect()
 }
 
 /// The nearer of two hits; of two at the same parameter, the triangle with the smaller number.
