@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// The most triangles that a leaf holds.
-const LEAF_SIZE: usize = 4;
+const LEAF_SIZE: usize = 6;
 
 /// A static hierarchy over the triangles of one mesh, for all its instances.
 ///
