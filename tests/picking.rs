@@ -95,6 +95,26 @@ fn send(app: &mut App, pointer_id: PointerId, position: Vec2, action: PointerAct
     app.update();
 }
 
+/// Presses the primary button of the mouse.
+fn press(app: &mut App, position: Vec2) {
+    send(
+        app,
+        PointerId::Mouse,
+        position,
+        PointerAction::Press(PointerButton::Primary),
+    );
+}
+
+/// Releases it.
+fn release(app: &mut App, position: Vec2) {
+    send(
+        app,
+        PointerId::Mouse,
+        position,
+        PointerAction::Release(PointerButton::Primary),
+    );
+}
+
 /// Moves the mouse to a position in the window, and runs a frame.
 fn move_to(app: &mut App, position: Vec2) {
     send(
@@ -165,18 +185,8 @@ fn an_entity_is_clicked() {
     let cube = spawn_cube(&mut app, Vec3::ZERO);
     settle(&mut app);
     move_to(&mut app, MIDDLE);
-    send(
-        &mut app,
-        PointerId::Mouse,
-        MIDDLE,
-        PointerAction::Press(PointerButton::Primary),
-    );
-    send(
-        &mut app,
-        PointerId::Mouse,
-        MIDDLE,
-        PointerAction::Release(PointerButton::Primary),
-    );
+    press(&mut app, MIDDLE);
+    release(&mut app, MIDDLE);
     assert_eq!(drain_log(&mut app), [("Over", cube), ("Press", cube), ("Click", cube)]);
 }
 
@@ -188,24 +198,14 @@ fn an_entity_is_dragged_to_where_another_is() {
     settle(&mut app);
     let there = on_screen(&app, camera, Vec3::X * 3.0);
     move_to(&mut app, MIDDLE);
-    send(
-        &mut app,
-        PointerId::Mouse,
-        MIDDLE,
-        PointerAction::Press(PointerButton::Primary),
-    );
+    press(&mut app, MIDDLE);
     drain_log(&mut app);
     move_to(&mut app, there);
     assert_eq!(
         drain_log(&mut app),
         [("Out", cube), ("Over", other), ("DragStart", cube), ("Drag", cube)]
     );
-    send(
-        &mut app,
-        PointerId::Mouse,
-        there,
-        PointerAction::Release(PointerButton::Primary),
-    );
+    release(&mut app, there);
     assert_eq!(drain_log(&mut app), [("DragEnd", cube)]);
 }
 
@@ -224,18 +224,8 @@ fn an_observer_of_one_entity_is_told_of_the_ray_that_hit_it() {
         });
     settle(&mut app);
     move_to(&mut app, MIDDLE);
-    send(
-        &mut app,
-        PointerId::Mouse,
-        MIDDLE,
-        PointerAction::Press(PointerButton::Primary),
-    );
-    send(
-        &mut app,
-        PointerId::Mouse,
-        MIDDLE,
-        PointerAction::Release(PointerButton::Primary),
-    );
+    press(&mut app, MIDDLE);
+    release(&mut app, MIDDLE);
     assert_eq!(app.world().resource::<Clicked>().0.entity, cube);
 }
 

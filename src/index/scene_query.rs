@@ -17,7 +17,7 @@ use bevy::{
 
 use super::{
     HitTriangle, MeshBvhs, QueryVisibility, RayHit, SceneQuerySettings, SpatialIndex,
-    spatial_index::{MeshSurface, Slot},
+    spatial_index::{Key, MeshSurface},
 };
 use crate::{
     geometry::ray::{Ray, triangle::Backfaces},
@@ -55,21 +55,11 @@ impl SceneQuery<'_, '_> {
     /// the smallest entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
         let ray = Ray::from_ray3d(ray, settings.max_distance)?;
-        let mut rest = ray;
-        let mut closest: Option<SurfaceHit> = None;
-        self.index.tree().visit_ray(&ray, |slot, _| {
-            let hit = self.hit_surface(slot, &rest, settings);
-            let is_closer = |hit: &SurfaceHit| closest.as_ref().is_none_or(|closest| hit.order() < closest.order());
-            match hit.filter(|hit| is_closer(hit) && self.confirm(hit.entity, settings)) {
-                None => RayVisit::Continue,
-                Some(hit) => {
-                    rest = rest.with_t_max(hit.hit.t);
-                    closest = Some(hit);
-                    RayVisit::Shorten(rest.t_max())
-                }
-            }
-        });
-        self.ray_hit(&ray, &closest?)
+        let (_, _, closest) = self.index.tree().closest_hit(&ray, |key, rest| {
+            let hit = self.hit_surface(key, rest, settings)?;
+            self.confirm(key.entity, settings).then_some((hit.hit.t, hit))
+        })?;
+        self.ray_hit(&ray, &closest)
     }
 
     /// All hits of a ray, nearest first, written over `hits`: for each entity its nearest.
@@ -96,8 +86,8 @@ impl SceneQuery<'_, '_> {
         };
         let mut rest = ray;
         let mut blocked_at = f32::INFINITY;
-        self.index.tree().visit_ray(&ray, |slot, _| {
-            let hit = self.hit_surface(slot, &rest, settings);
+        self.index.tree().visit_ray(&ray, |key, _| {
+            let hit = self.hit_surface(key, &rest, settings);
             let Some(hit) = hit.filter(|hit| self.confirm(hit.entity, settings)) else {
                 return RayVisit::Continue;
             };
@@ -144,8 +134,8 @@ impl SceneQuery<'_, '_> {
     /// `max_distance` and `backfaces` of the settings do not matter.
     pub fn overlap_aabb(&self, aabb: &Aabb3d, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         entities.clear();
-        self.index.tree().visit_aabb(aabb, |slot| {
-            entities.extend(self.accept(slot, settings));
+        self.index.tree().visit_aabb(aabb, |key| {
+            entities.extend(self.accept(key, settings));
             ControlFlow::Continue(())
         });
         entities.sort_unstable();
@@ -156,8 +146,8 @@ impl SceneQuery<'_, '_> {
     /// `max_distance` and `backfaces` of the settings do not matter.
     pub fn overlap_sphere(&self, sphere: &BoundingSphere, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         entities.clear();
-        self.index.tree().visit_sphere(sphere, |slot| {
-            entities.extend(self.accept(slot, settings));
+        self.index.tree().visit_sphere(sphere, |key| {
+            entities.extend(self.accept(key, settings));
             ControlFlow::Continue(())
         });
         entities.sort_unstable();
@@ -174,37 +164,35 @@ impl SceneQuery<'_, '_> {
     }
 
     fn blocks(&self, ray: &Ray, settings: &SceneQuerySettings) -> bool {
-        self.index.tree().any_hit(ray, |slot, ray| {
-            let entity = self.index.entry(slot).entity;
-            self.admit(slot, settings)
-                && self.index.surface(slot).is_some_and(|surface| {
+        self.index.tree().any_hit(ray, |key, ray| {
+            self.admit(key, settings)
+                && self.index.surface(key.slot).is_some_and(|surface| {
                     let backfaces = backfaces(surface, settings);
                     self.meshes.any_hit(surface, ray, backfaces)
                 })
-                && self.confirm(entity, settings)
+                && self.confirm(key.entity, settings)
         })
     }
 
     /// The nearest hit on one entity, if the settings admit it, before it is [confirmed](Self::confirm).
-    fn hit_surface(&self, slot: Slot, ray: &Ray, settings: &SceneQuerySettings) -> Option<SurfaceHit<'_>> {
-        let surface = self.index.surface(slot).filter(|_| self.admit(slot, settings))?;
+    fn hit_surface(&self, key: Key, ray: &Ray, settings: &SceneQuerySettings) -> Option<SurfaceHit<'_>> {
+        let surface = self.index.surface(key.slot).filter(|_| self.admit(key, settings))?;
         let hit = self.meshes.closest_hit(surface, ray, backfaces(surface, settings))?;
-        let entity = self.index.entry(slot).entity;
+        let entity = key.entity;
         Some(SurfaceHit { entity, surface, hit })
     }
 
     /// The entity, if the settings accept it.
-    fn accept(&self, slot: Slot, settings: &SceneQuerySettings) -> Option<Entity> {
-        let entity = self.index.entry(slot).entity;
-        (self.admit(slot, settings) && self.confirm(entity, settings)).then_some(entity)
+    fn accept(&self, key: Key, settings: &SceneQuerySettings) -> Option<Entity> {
+        (self.admit(key, settings) && self.confirm(key.entity, settings)).then_some(key.entity)
     }
 
     /// Whether the settings admit an entity, as far as the index knows.
-    fn admit(&self, slot: Slot, settings: &SceneQuerySettings) -> bool {
-        let entry = self.index.entry(slot);
+    fn admit(&self, key: Key, settings: &SceneQuerySettings) -> bool {
+        let entry = self.index.entry(key.slot);
         let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&entry.layers));
         let visible = entry.visible || settings.visibility != QueryVisibility::Visible;
-        on_layers && visible && !settings.excluded.contains(&entry.entity)
+        on_layers && visible && !settings.excluded.contains(&key.entity)
     }
 
     /// Whether the settings accept an entity that the index [admits](Self::admit): asks the world, and the user.
@@ -247,13 +235,6 @@ struct SurfaceHit<'a> {
     entity: Entity,
     surface: &'a MeshSurface,
     hit: TriangleHit,
-}
-
-impl SurfaceHit<'_> {
-    /// Of two hits the one with the smaller order counts.
-    fn order(&self) -> (f32, Entity) {
-        (self.hit.t, self.entity)
-    }
 }
 
 fn backfaces(surface: &MeshSurface, settings: &SceneQuerySettings) -> Backfaces {

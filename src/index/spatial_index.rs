@@ -22,7 +22,7 @@ use crate::{
 /// Ask it through [`SceneQuery`](super::SceneQuery); what is here is for tools and tests.
 #[derive(Resource, Debug)]
 pub struct SpatialIndex {
-    tree: AabbTree<Slot>,
+    tree: AabbTree<Key>,
     slot_of: EntityHashMap<Slot>,
     /// What queries filter by, slot by slot: apart from the rest, for most that a ray passes is filtered or missed.
     entries: Vec<Entry>,
@@ -34,6 +34,13 @@ pub struct SpatialIndex {
 
 /// The number of an indexed entity.
 pub(super) type Slot = u32;
+
+/// What the tree knows an entity by. Ordered by entity, which decides between hits at one distance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key {
+    pub entity: Entity,
+    pub slot: Slot,
+}
 
 /// Why an entity is not in the index although it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
@@ -53,7 +60,6 @@ pub enum Refusal {
 /// What a query filters an entity by.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
-    pub entity: Entity,
     leaf: LeafId,
     pub layers: RenderLayers,
     /// Not hidden by itself or an ancestor.
@@ -143,9 +149,9 @@ impl SpatialIndex {
     /// The first invariant that does not hold, which is a bug in this crate.
     pub fn validate(&self) -> Result<(), BrokenInvariant> {
         self.tree.validate()?;
-        let linked = self.slot_of.iter().all(|(entity, slot)| {
-            let entry = self.entry(*slot);
-            entry.entity == *entity && self.tree.key(entry.leaf) == Some(*slot)
+        let linked = self.slot_of.iter().all(|(&entity, &slot)| {
+            let key = self.tree.key(self.entry(slot).leaf);
+            key == Some(Key { entity, slot })
         });
         let none_lost = self.len() + self.free_slots.len() == self.entries.len();
         if linked && none_lost && self.tree.len() == self.len() {
@@ -155,7 +161,7 @@ impl SpatialIndex {
         }
     }
 
-    pub(super) fn tree(&self) -> &AabbTree<Slot> {
+    pub(super) fn tree(&self) -> &AabbTree<Key> {
         &self.tree
     }
 
@@ -195,11 +201,10 @@ impl SpatialIndex {
         let boxes = slots
             .iter()
             .zip(&*new)
-            .map(|(slot, (_, contents))| (*slot, contents.aabb));
+            .map(|(&slot, &(entity, ref contents))| (Key { entity, slot }, contents.aabb));
         let leaves = self.tree.insert_many(boxes);
         for ((slot, leaf), (entity, contents)) in slots.into_iter().zip(leaves).zip(new.drain(..)) {
             let entry = Entry {
-                entity,
                 leaf: leaf.expect("the box was checked"),
                 layers: contents.layers,
                 visible: contents.visible,

@@ -228,9 +228,8 @@ impl Reconciler<'_> {
         let old_mesh = self.index.mesh(entity);
         let item = item.filter(|item| !item.is_left_out);
         let mesh = item.as_ref().and_then(pick_mesh);
-        if let Some(mesh) = mesh
-            && Some(mesh) != old_mesh
-        {
+        let acquired = mesh.filter(|_| mesh != old_mesh);
+        if let Some(mesh) = acquired {
             self.meshes.acquire(mesh, entity, self.assets);
         }
 
@@ -257,15 +256,11 @@ impl Reconciler<'_> {
             }
         };
 
-        // The mesh has been acquired once more if it is another one, and is kept by an entity that stays.
-        let unused = if stays {
-            old_mesh.filter(|_| mesh != old_mesh)
-        } else {
-            old_mesh
-        };
-        let not_kept = if stays { None } else { mesh.filter(|_| mesh != old_mesh) };
-        for mesh in unused.into_iter().chain(not_kept) {
-            self.meshes.release(mesh);
+        let kept = mesh.filter(|_| stays);
+        for mesh in old_mesh.into_iter().chain(acquired) {
+            if Some(mesh) != kept {
+                self.meshes.release(mesh);
+            }
         }
     }
 

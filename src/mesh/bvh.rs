@@ -27,7 +27,9 @@ const LEAF_SIZE: usize = 6;
 /// A static hierarchy over the triangles of one mesh, for all its instances.
 ///
 /// Gives the same answers as the [`TriangleMesh`] that it was built from, and in O(log n) instead of O(n): hit for hit,
-/// as long as the rounding of `f32` at the distance of the ray's origin is finer than the triangles. Holds up to 2²⁸ triangles.
+/// as long as the rounding of `f32` at the distance of the ray's origin is finer than the triangles.
+///
+/// Holds up to 2²⁸ triangles.
 #[derive(Clone, Debug)]
 pub struct MeshBvh {
     /// The root first.

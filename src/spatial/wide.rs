@@ -205,8 +205,8 @@ fn sort_far_to_near(entries: &mut [(f32, PackedChild)]) {
 /// root first, the children of a node side by side; none if there are no items.
 ///
 /// Of the parts of a node, the one with the largest area is cut, by the [binned surface area heuristic](binned_sah),
-/// until there are eight. `leaf` gets each range of items, as reordered, that has become a
-/// leaf, with the node and the lane that it is in, and gives the number for it.
+/// until there are eight. `leaf` gets each range of items, as reordered, that has become a leaf, with where it begins
+/// and the node and the lane that it is in, and gives the number for it.
 pub(crate) fn build(
     items: &mut [BuildItem],
     leaf_size: usize,

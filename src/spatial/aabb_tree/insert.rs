@@ -18,7 +18,7 @@ impl<K: Copy> AabbTree<K> {
         let node = match self.root {
             Some(root) => self.choose_node(root, aabb),
             None => {
-                let root = self.add_node(WideNode::EMPTY, None);
+                let root = self.add_node();
                 self.root = Some(root);
                 root
             }
@@ -65,7 +65,7 @@ impl<K: Copy> AabbTree<K> {
         let mut children: SmallVec<[(Aabb3d, Child); LANES + 1]> = self.nodes[node as usize].lanes().collect();
         children.push((*aabb, child));
         let second_half = split(&mut children);
-        let beside = self.add_node(WideNode::EMPTY, None);
+        let beside = self.add_node();
         self.fill(node, &children[..second_half]);
         self.fill(beside, &children[second_half..]);
 
@@ -77,7 +77,7 @@ impl<K: Copy> AabbTree<K> {
             }
             None => {
                 let node_bounds = self.nodes[node as usize].bounds();
-                let root = self.add_node(WideNode::EMPTY, None);
+                let root = self.add_node();
                 self.fill(
                     root,
                     &[(node_bounds, Child::Node(node)), (beside_bounds, Child::Node(beside))],
@@ -144,16 +144,17 @@ impl<K: Copy> AabbTree<K> {
         }
     }
 
-    fn add_node(&mut self, node: WideNode, parent: Option<Place>) -> NodeIndex {
+    /// An empty node without a parent.
+    fn add_node(&mut self) -> NodeIndex {
         match self.free_nodes.pop() {
             Some(index) => {
-                self.nodes[index as usize] = node;
-                self.parents[index as usize] = parent;
+                self.nodes[index as usize] = WideNode::EMPTY;
+                self.parents[index as usize] = None;
                 index
             }
             None => {
-                self.nodes.push(node);
-                self.parents.push(parent);
+                self.nodes.push(WideNode::EMPTY);
+                self.parents.push(None);
                 (self.nodes.len() - 1) as NodeIndex
             }
         }
