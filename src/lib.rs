@@ -42,8 +42,8 @@ pub mod prelude {
     pub use crate::{
         SightlinePlugins,
         index::{
-            Backfaces, HitTriangle, NoSpatialIndex, QueryVisibility, RayHit, SceneQuery, SceneQuerySettings,
-            SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems,
+            Backfaces, BoundedBy, HitTriangle, MeshContact, NoSpatialIndex, PickShape, QueryVisibility, RayHit,
+            SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems,
         },
     };
 

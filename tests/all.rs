@@ -1,12 +1,16 @@
 //! All integration tests, in one binary: one module for each behaviour.
 
 mod aabb_tree;
+mod bounded_by;
 mod common;
 mod differential;
 mod geometry;
 mod layering;
 mod mesh;
+mod mesh_contacts;
+mod pick_shape;
 mod picking;
+mod properties;
 mod regressions;
 mod scene_query;
 mod sync;

@@ -3,10 +3,23 @@
 use bevy::ecs::{component::Component, reflect::ReflectComponent};
 use bevy::reflect::{Reflect, std_traits::ReflectDefault};
 
+use crate::geometry::volume::BoundingKind;
+
 /// Keeps an entity out of the spatial index: no query, ray or pick finds it. Its children are not affected.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct NoSpatialIndex;
+
+/// The kind of bounding volume that a ray must enter before the triangles of the entity's mesh are tested, in the local
+/// space of the mesh.
+///
+/// [`BoundingKind`] tells what each kind costs and saves. By default it is the box, which is that of the root of the
+/// mesh's hierarchy, and so costs nothing more. The other volumes are built in the background, once per mesh asset, and
+/// change no answer, whether they are ready or not. A [`PickShape`](super::PickShape) brings its own: see
+/// [`BoundedSurface`](crate::geometry::surface::BoundedSurface).
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct BoundedBy(pub BoundingKind);
 
 #[cfg(feature = "picking")]
 pub use bevy::picking::mesh_picking::ray_cast::{RayCastBackfaces, SimplifiedMesh};

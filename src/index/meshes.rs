@@ -1,22 +1,15 @@
 //! One bounding volume hierarchy per mesh asset, shared by all entities that use it.
 
-use std::sync::Arc;
-
 use bevy::{
     asset::{AssetId, Assets},
     ecs::{entity::Entity, resource::Resource},
-    math::{Vec3A, bounding::Aabb3d},
+    math::bounding::Aabb3d,
     mesh::Mesh,
     platform::collections::{HashMap, HashSet},
-    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
-use tracing::warn;
 
-use super::spatial_index::MeshSurface;
-use crate::{
-    geometry::ray::{Ray, triangle::Backfaces},
-    mesh::{MeshBvh, TriangleHit, TriangleMesh},
-};
+use super::mesh_slot::MeshSlot;
+use crate::{geometry::volume::BoundingKind, mesh::TriangleMesh};
 
 /// The bounding volume hierarchies of all meshes that indexed entities use or have used, by asset.
 ///
@@ -25,32 +18,10 @@ use crate::{
 /// mesh instead: the answers are the same, only slower.
 #[derive(Resource, Debug)]
 pub struct MeshBvhs {
-    slots: HashMap<AssetId<Mesh>, Slot>,
+    slots: HashMap<AssetId<Mesh>, MeshSlot>,
     building: HashSet<AssetId<Mesh>>,
     /// The meshes that were loaded, modified or unloaded since they were last asked for.
     changed: Vec<AssetId<Mesh>>,
-}
-
-#[derive(Debug)]
-struct Slot {
-    shape: Shape,
-    /// How many indexed entities use the mesh.
-    users: usize,
-    /// Whether the user has been told that the mesh is bad.
-    warned: bool,
-}
-
-#[derive(Debug)]
-enum Shape {
-    /// The asset is not loaded, or gone.
-    Missing,
-    /// The asset has no surface.
-    Unusable,
-    Building {
-        mesh: Arc<TriangleMesh>,
-        task: Task<MeshBvh>,
-    },
-    Ready(MeshBvh),
 }
 
 /// How far the hierarchy of a mesh has come.
@@ -78,22 +49,22 @@ impl MeshBvhs {
 
     /// How far the hierarchy of a mesh has come, or `None` if no indexed entity has used it.
     pub fn status(&self, id: impl Into<AssetId<Mesh>>) -> Option<MeshStatus> {
-        self.slots.get(&id.into()).map(|slot| match slot.shape {
-            Shape::Missing => MeshStatus::Missing,
-            Shape::Unusable => MeshStatus::Unusable,
-            Shape::Building { .. } => MeshStatus::Building,
-            Shape::Ready(_) => MeshStatus::Ready,
-        })
+        self.slots.get(&id.into()).map(MeshSlot::status)
     }
 
-    /// How many hierarchies are being built.
+    /// Of how many meshes the hierarchy or a bounding volume is being built.
     pub fn building(&self) -> usize {
         self.building.len()
     }
 
     /// The triangles of a mesh, if an indexed entity uses it and it is usable.
     pub fn triangles(&self, id: impl Into<AssetId<Mesh>>) -> Option<&TriangleMesh> {
-        self.slots.get(&id.into()).and_then(|slot| slot.shape.mesh())
+        self.slots.get(&id.into()).and_then(MeshSlot::triangles)
+    }
+
+    /// The kinds of bounding volume that are kept of a mesh because an entity [asked](super::BoundedBy) for them.
+    pub fn volumes(&self, id: impl Into<AssetId<Mesh>>) -> impl Iterator<Item = BoundingKind> + '_ {
+        self.slots.get(&id.into()).into_iter().flat_map(MeshSlot::volumes)
     }
 
     /// The local box of a mesh that an entity uses, if it is loaded and usable.
@@ -103,15 +74,20 @@ impl MeshBvhs {
 
     /// Counts `entity` among the users of a mesh, and begins to build it for the first one.
     pub(super) fn acquire(&mut self, id: AssetId<Mesh>, entity: Entity, assets: Option<&Assets<Mesh>>) {
-        let slot = self.slots.entry(id).or_insert_with(|| Slot {
-            shape: Shape::Missing,
-            users: 0,
-            warned: false,
-        });
+        let slot = self.slots.entry(id).or_default();
         slot.users += 1;
-        if let (Shape::Missing, Some(mesh)) = (&slot.shape, assets.and_then(|a| a.get(id))) {
+        if let (MeshStatus::Missing, Some(mesh)) = (slot.status(), assets.and_then(|assets| assets.get(id))) {
             slot.load(id, mesh, Some(entity));
-            self.note_building(id);
+            self.building.insert(id);
+        }
+    }
+
+    /// Has rays tested against a volume of the mesh before its triangles are, as soon as the volume is built.
+    pub(super) fn bound_by(&mut self, id: AssetId<Mesh>, kind: BoundingKind) {
+        let slot = self.slots.get_mut(&id).expect("a mesh that was acquired");
+        slot.bound_by(kind);
+        if slot.is_building() {
+            self.building.insert(id);
         }
     }
 
@@ -119,7 +95,7 @@ impl MeshBvhs {
     pub(super) fn release(&mut self, id: AssetId<Mesh>) {
         if let Some(slot) = self.slots.get_mut(&id) {
             slot.users -= 1;
-            if slot.users == 0 && matches!(slot.shape, Shape::Missing) {
+            if slot.users == 0 && slot.status() == MeshStatus::Missing {
                 self.slots.remove(&id);
             }
         }
@@ -138,9 +114,9 @@ impl MeshBvhs {
             }
             Some(mesh) => {
                 slot.load(id, mesh, None);
-                self.note_building(id);
+                self.building.insert(id);
             }
-            None => slot.shape = Shape::Missing,
+            None => slot.unload(),
         }
     }
 
@@ -154,105 +130,14 @@ impl MeshBvhs {
         self.changed.drain(..)
     }
 
-    /// Takes over the hierarchies that have been built.
+    /// Takes over the hierarchies and the volumes that have been built.
     pub(super) fn collect_built(&mut self) {
         let slots = &mut self.slots;
-        self.building.retain(|id| {
-            let Some(slot) = slots.get_mut(id) else {
-                return false;
-            };
-            let Shape::Building { task, .. } = &mut slot.shape else {
-                return false;
-            };
-            match check_ready(task) {
-                Some(bvh) => {
-                    slot.shape = Shape::Ready(bvh);
-                    false
-                }
-                None => true,
-            }
-        });
+        (self.building).retain(|id| slots.get_mut(id).is_some_and(MeshSlot::collect_built));
     }
 
-    /// The nearest hit on a mesh in the world, with the parameter of the ray.
-    pub(super) fn closest_hit(&self, surface: &MeshSurface, ray: &Ray, backfaces: Backfaces) -> Option<TriangleHit> {
-        let shape = &self.slots.get(&surface.mesh)?.shape;
-        match (surface.ray_to_local(ray), shape) {
-            (_, Shape::Missing | Shape::Unusable) => None,
-            (Some(local), Shape::Building { mesh, .. }) => mesh.closest_hit(&local, backfaces),
-            (Some(local), Shape::Ready(bvh)) => bvh.closest_hit(&local, backfaces),
-            // The transform is flat, or so nearly flat that the ray overflows: take the triangles to the world.
-            (None, shape) => {
-                let place = |corner: Vec3A| surface.world_from_local.transform_point3a(corner);
-                shape.mesh()?.closest_hit_of(ray, backfaces, place)
-            }
-        }
-    }
-
-    /// Whether the ray hits a mesh in the world anywhere.
-    pub(super) fn any_hit(&self, surface: &MeshSurface, ray: &Ray, backfaces: Backfaces) -> bool {
-        match (self.slots.get(&surface.mesh), surface.ray_to_local(ray)) {
-            (
-                Some(Slot {
-                    shape: Shape::Ready(bvh),
-                    ..
-                }),
-                Some(local),
-            ) => bvh.any_hit(&local, backfaces),
-            _ => self.closest_hit(surface, ray, backfaces).is_some(),
-        }
-    }
-
-    fn note_building(&mut self, id: AssetId<Mesh>) {
-        if matches!(self.slots[&id].shape, Shape::Building { .. }) {
-            self.building.insert(id);
-        }
-    }
-}
-
-impl Slot {
-    /// Takes over the triangles of `mesh`, and sends them to be built. `user` is named if they are bad.
-    fn load(&mut self, id: AssetId<Mesh>, mesh: &Mesh, user: Option<Entity>) {
-        let mut warn_once = |what: std::fmt::Arguments| {
-            if !std::mem::replace(&mut self.warned, true) {
-                let of_user = user.map_or(String::new(), |user| format!(" (used by {user})"));
-                warn!("mesh {id}{of_user}: {what}");
-            }
-        };
-        self.shape = match TriangleMesh::from_mesh(mesh) {
-            Ok(mesh) => {
-                if mesh.left_out() > 0 {
-                    warn_once(format_args!(
-                        "rays cannot hit {} of its {} triangles: indices out of range, or positions NaN or infinite",
-                        mesh.left_out(),
-                        mesh.left_out() + mesh.len(),
-                    ));
-                }
-                Shape::build(mesh)
-            }
-            Err(why) => {
-                warn_once(format_args!("rays cannot hit it: {why}"));
-                Shape::Unusable
-            }
-        };
-    }
-}
-
-impl Shape {
-    fn build(mesh: TriangleMesh) -> Self {
-        let mesh = Arc::new(mesh);
-        let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn({
-            let mesh = mesh.clone();
-            async move { MeshBvh::build(&mesh) }
-        });
-        Self::Building { mesh, task }
-    }
-
-    fn mesh(&self) -> Option<&TriangleMesh> {
-        match self {
-            Self::Missing | Self::Unusable => None,
-            Self::Building { mesh, .. } => Some(mesh),
-            Self::Ready(bvh) => Some(bvh.mesh()),
-        }
+    /// What is known of a mesh that an entity uses.
+    pub(super) fn slot(&self, id: AssetId<Mesh>) -> Option<&MeshSlot> {
+        self.slots.get(&id)
     }
 }

@@ -6,14 +6,14 @@
 //!
 //! Every entity with a `GlobalTransform` and bounds, unless it has [`NoSpatialIndex`] or is `Disabled` (other disabling
 //! components are not followed, but what they disable is not found). Its bounds are
-//! its `Aabb`, which Bevy computes for whatever it draws; an entity that has a mesh and no `Aabb` (`NoFrustumCulling`,
-//! `NoAutoAabb`) gets the box of its mesh.
+//! its `Aabb`, which Bevy computes for whatever it draws, with the box of its [`PickShape`]; an entity that has a mesh and
+//! no `Aabb` (`NoFrustumCulling`, `NoAutoAabb`) gets the box of its mesh.
 //!
 //! # What a ray hits
 //!
-//! The triangles of the entity's [`SimplifiedMesh`], else of its `Mesh3d`, else of its `Mesh2d`. An entity without a
-//! mesh is found by its box ([`SceneQuery::overlap_aabb`]) and hit by no ray. Back faces are passed through, except on
-//! `Mesh2d` and with [`RayCastBackfaces`].
+//! The entity's [`PickShape`], else the triangles of its [`SimplifiedMesh`], else of its `Mesh3d`, else of its `Mesh2d`.
+//! An entity without any of these is found by its box ([`SceneQuery::overlap_aabb`]) and hit by no ray. Back faces are
+//! passed through, except on `Mesh2d` and with [`RayCastBackfaces`].
 //!
 //! # Bad data
 //!
@@ -24,16 +24,21 @@
 
 mod components;
 mod hit;
+mod mesh_contacts;
+mod mesh_slot;
 mod meshes;
+mod pick_shape;
 mod scene_query;
 mod settings;
 mod spatial_index;
 mod sync;
 
 pub use crate::geometry::ray::triangle::Backfaces;
-pub use components::{NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
+pub use components::{BoundedBy, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
+pub use mesh_contacts::MeshContact;
 pub use meshes::{MeshBvhs, MeshStatus};
+pub use pick_shape::PickShape;
 pub use scene_query::SceneQuery;
 pub use settings::{QueryVisibility, SceneQuerySettings};
 pub use spatial_index::{Refusal, SpatialIndex};
@@ -71,6 +76,7 @@ impl Plugin for SpatialIndexPlugin {
         }
         app.insert_resource(SpatialIndex::new())
             .insert_resource(MeshBvhs::new())
+            .register_type::<BoundedBy>()
             .register_type::<NoSpatialIndex>()
             .configure_sets(
                 PostUpdate,

@@ -17,11 +17,14 @@ use bevy::{
 
 use super::{
     HitTriangle, MeshBvhs, QueryVisibility, RayHit, SceneQuerySettings, SpatialIndex,
-    spatial_index::{Key, MeshSurface},
+    spatial_index::{Key, PlacedSurface, Shape},
 };
 use crate::{
-    geometry::ray::{Ray, triangle::Backfaces},
-    mesh::{TriangleHit, TriangleMesh},
+    geometry::{
+        ray::{Ray, triangle::Backfaces},
+        surface::SurfaceHit,
+    },
+    mesh::TriangleHit,
     spatial::{RayVisit, SpatialQueries},
 };
 
@@ -51,13 +54,13 @@ pub struct SceneQuery<'w, 's> {
 impl SceneQuery<'_, '_> {
     /// The nearest hit of a ray.
     ///
-    /// Exact: the triangles of the meshes are tested, as [`crate::index`] says. Of hits at one distance, up to rounding,
+    /// Exact: the surfaces themselves are tested, as [`crate::index`] says. Of hits at one distance, up to rounding,
     /// the smallest entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
         let ray = Ray::from_ray3d(ray, settings.max_distance)?;
         let (_, _, closest) = self.index.tree().closest_hit(&ray, |key, rest| {
             let hit = self.hit_surface(key, rest, settings)?;
-            self.confirm(key.entity, settings).then_some((hit.hit.t, hit))
+            self.confirm(key.entity, settings).then_some((hit.t(), hit))
         })?;
         self.ray_hit(&ray, &closest)
     }
@@ -99,8 +102,8 @@ impl SceneQuery<'_, '_> {
                 return RayVisit::Continue;
             }
             blocked_at = blocked_at.min(ray_hit.distance);
-            rest = rest.with_t_max(hit.hit.t);
-            RayVisit::Shorten(hit.hit.t)
+            rest = rest.with_t_max(hit.t());
+            RayVisit::Shorten(hit.t())
         });
         hits.retain(|hit| hit.distance <= blocked_at);
         hits.sort_unstable_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.entity.cmp(&b.entity)));
@@ -163,27 +166,53 @@ impl SceneQuery<'_, '_> {
         &self.meshes
     }
 
+    /// Whether an entity of the index still exists and is not disabled.
+    pub(super) fn exists(&self, entity: Entity) -> bool {
+        self.entities.contains(entity)
+    }
+
     fn blocks(&self, ray: &Ray, settings: &SceneQuerySettings) -> bool {
         self.index.tree().any_hit(ray, |key, ray| {
             self.admit(key, settings)
-                && self.index.surface(key.slot).is_some_and(|surface| {
-                    let backfaces = backfaces(surface, settings);
-                    self.meshes.any_hit(surface, ray, backfaces)
-                })
+                && (self.index.surface(key.slot)).is_some_and(|surface| self.is_hit(surface, ray, settings))
                 && self.confirm(key.entity, settings)
         })
     }
 
     /// The nearest hit on one entity, if the settings admit it, before it is [confirmed](Self::confirm).
-    fn hit_surface(&self, key: Key, ray: &Ray, settings: &SceneQuerySettings) -> Option<SurfaceHit<'_>> {
+    fn hit_surface(&self, key: Key, ray: &Ray, settings: &SceneQuerySettings) -> Option<EntityHit<'_>> {
         let surface = self.index.surface(key.slot).filter(|_| self.admit(key, settings))?;
-        let hit = self.meshes.closest_hit(surface, ray, backfaces(surface, settings))?;
+        let backfaces = backfaces(surface, settings);
+        let hit = match surface.shape {
+            Shape::Mesh(mesh, bounded_by) => {
+                let mesh = self.meshes.slot(mesh)?;
+                Hit::Triangle(mesh.closest_hit(surface, bounded_by, ray, backfaces)?)
+            }
+            Shape::Analytic(ref shape) => {
+                let local = surface.ray_to_local(ray)?;
+                Hit::Surface(shape.surface().closest_hit(&local, backfaces)?)
+            }
+        };
         let entity = key.entity;
-        Some(SurfaceHit { entity, surface, hit })
+        Some(EntityHit { entity, surface, hit })
+    }
+
+    /// Whether a ray hits a surface anywhere.
+    fn is_hit(&self, surface: &PlacedSurface, ray: &Ray, settings: &SceneQuerySettings) -> bool {
+        let backfaces = backfaces(surface, settings);
+        match surface.shape {
+            Shape::Mesh(mesh, bounded_by) => {
+                (self.meshes.slot(mesh)).is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces))
+            }
+            Shape::Analytic(ref shape) => {
+                let local = surface.ray_to_local(ray);
+                local.is_some_and(|local| shape.surface().any_hit(&local, backfaces))
+            }
+        }
     }
 
     /// The entity, if the settings accept it.
-    fn accept(&self, key: Key, settings: &SceneQuerySettings) -> Option<Entity> {
+    pub(super) fn accept(&self, key: Key, settings: &SceneQuerySettings) -> Option<Entity> {
         (self.admit(key, settings) && self.confirm(key.entity, settings)).then_some(key.entity)
     }
 
@@ -207,60 +236,70 @@ impl SceneQuery<'_, '_> {
     }
 
     /// Puts what is known of a hit into world space.
-    fn ray_hit(&self, ray: &Ray, SurfaceHit { entity, surface, hit }: &SurfaceHit) -> Option<RayHit> {
-        let mesh = self.meshes.triangles(surface.mesh)?;
-        let place = |vertex| surface.world_from_local.transform_point3(vertex);
-        let vertices = mesh.triangle(hit).map(place);
-        let distance = surface.local_from_world.map_or(hit.t, |local_from_world| {
-            ray.refined_under(&local_from_world, mesh.triangle(hit), hit.t)
-                .clamp(0.0, ray.t_max())
-        });
+    fn ray_hit(&self, ray: &Ray, EntityHit { entity, surface, hit }: &EntityHit) -> Option<RayHit> {
+        let (distance, normal, triangle, uv) = match hit {
+            Hit::Surface(hit) => {
+                let normal = surface.normal_to_world(hit.normal);
+                (hit.t, normal, None, Some(hit.uv()))
+            }
+            Hit::Triangle(hit) => {
+                let mesh = surface.mesh().and_then(|mesh| self.meshes.triangles(mesh))?;
+                let place = |vertex| surface.world_from_local.transform_point3(vertex);
+                let vertices @ [a, b, c] = mesh.triangle(hit).map(place);
+                let distance = surface.local_from_world.map_or(hit.t, |local_from_world| {
+                    ray.refined_under(&local_from_world, mesh.triangle(hit), hit.t)
+                        .clamp(ray.t_min(), ray.t_max())
+                });
+                let normal = match surface.local_from_world {
+                    Some(_) => surface.normal_to_world(mesh.normal(hit).normalize_or_zero()),
+                    // A flattened mesh has but the normals of its triangles.
+                    None => (b - a).cross(c - a).normalize_or_zero(),
+                };
+                let triangle = HitTriangle {
+                    index: hit.triangle,
+                    vertices,
+                    barycentrics: hit.barycentrics,
+                };
+                (distance, normal, Some(triangle), mesh.uv(hit))
+            }
+        };
         Some(RayHit {
             entity: *entity,
             distance,
             position: ray.at(distance).into(),
-            normal: world_normal(mesh, surface, hit, vertices, ray),
-            triangle: Some(HitTriangle {
-                index: hit.triangle,
-                vertices,
-                barycentrics: hit.barycentrics,
-            }),
-            uv: mesh.uv(hit),
+            normal: if normal == Vec3::ZERO {
+                -Vec3::from(ray.direction()).normalize_or_zero()
+            } else {
+                normal
+            },
+            triangle,
+            uv,
         })
     }
 }
 
 /// A hit on the surface of an entity.
-struct SurfaceHit<'a> {
+struct EntityHit<'a> {
     entity: Entity,
-    surface: &'a MeshSurface,
-    hit: TriangleHit,
+    surface: &'a PlacedSurface,
+    hit: Hit,
 }
 
-fn backfaces(surface: &MeshSurface, settings: &SceneQuerySettings) -> Backfaces {
-    settings.backfaces.unwrap_or(surface.backfaces)
+/// A hit in the local space of what was hit, with the parameter of the ray in the world.
+enum Hit {
+    Triangle(TriangleHit),
+    Surface(SurfaceHit),
 }
 
-/// The unit normal of a hit in world space: normals transform by the inverse transpose (PBRT, 4th edition, §3.10.3).
-fn world_normal(
-    mesh: &TriangleMesh,
-    surface: &MeshSurface,
-    hit: &TriangleHit,
-    [a, b, c]: [Vec3; 3],
-    ray: &Ray,
-) -> Vec3 {
-    let normal = match &surface.local_from_world {
-        Some(local_from_world) => {
-            let local = mesh.normal(hit).normalize_or_zero().as_dvec3();
-            (local_from_world.matrix3.transpose() * local)
-                .normalize_or_zero()
-                .as_vec3()
+impl EntityHit<'_> {
+    fn t(&self) -> f32 {
+        match &self.hit {
+            Hit::Triangle(hit) => hit.t,
+            Hit::Surface(hit) => hit.t,
         }
-        // A flattened mesh has but the normals of its triangles.
-        None => (b - a).cross(c - a).normalize_or_zero(),
-    };
-    if normal == Vec3::ZERO {
-        return -Vec3::from(ray.direction()).normalize_or_zero();
     }
-    normal
+}
+
+fn backfaces(surface: &PlacedSurface, settings: &SceneQuerySettings) -> Backfaces {
+    settings.backfaces.unwrap_or(surface.backfaces)
 }

@@ -7,12 +7,16 @@ use bevy::{
         entity::{Entity, EntityHashMap},
         resource::Resource,
     },
-    math::{Affine3A, DAffine3, bounding::Aabb3d},
+    math::{Affine3A, DAffine3, Vec3, bounding::Aabb3d},
     mesh::Mesh,
 };
 
+use super::PickShape;
 use crate::{
-    geometry::ray::{Ray, triangle::Backfaces},
+    geometry::{
+        ray::{Ray, triangle::Backfaces},
+        volume::BoundingKind,
+    },
     spatial::{AabbTree, LeafId, SpatialQueries, aabb_tree::BrokenInvariant},
 };
 
@@ -27,7 +31,7 @@ pub struct SpatialIndex {
     /// What queries filter by, slot by slot: apart from the rest, for most that a ray passes is filtered or missed.
     entries: Vec<Entry>,
     /// What rays hit, slot by slot.
-    surfaces: Vec<Option<MeshSurface>>,
+    surfaces: Vec<Option<PlacedSurface>>,
     free_slots: Vec<Slot>,
     refused: EntityHashMap<Refusal>,
 }
@@ -52,6 +56,9 @@ pub enum Refusal {
     /// Its `Aabb` has a NaN, infinite or negative extent.
     #[error("its Aabb is NaN, infinite or of negative size")]
     Bounds,
+    /// Its `PickShape` has no end.
+    #[error("its PickShape has no end, or bounds that are NaN or infinite; a large Plane3d can stand for a plane")]
+    Shape,
     /// Both are good, and the box overflows in world space.
     #[error("its bounds are too large for its GlobalTransform: the world box overflows")]
     WorldBounds,
@@ -70,27 +77,58 @@ pub(super) struct Entry {
 #[derive(Clone, Debug)]
 pub(super) struct Contents {
     pub aabb: Aabb3d,
-    pub surface: Option<MeshSurface>,
+    pub surface: Option<PlacedSurface>,
     pub layers: RenderLayers,
     pub visible: bool,
 }
 
-/// The mesh that rays hit, placed in the world.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct MeshSurface {
-    pub mesh: AssetId<Mesh>,
+/// What rays hit on an entity, placed in the world.
+#[derive(Clone, Debug)]
+pub(super) struct PlacedSurface {
+    pub shape: Shape,
     pub world_from_local: Affine3A,
-    /// In double precision, for [`Ray::transformed_by`]. `None` where the
-    /// transform flattens the mesh.
+    /// In double precision, for [`Ray::transformed_by`]. `None` where the transform flattens the surface.
     pub local_from_world: Option<DAffine3>,
     pub backfaces: Backfaces,
 }
 
-impl MeshSurface {
-    /// The ray in the space of the mesh, with the same parameters, if there is such a ray.
+/// What rays hit on an entity, in its local space.
+#[derive(Clone, Debug)]
+pub(super) enum Shape {
+    /// A mesh, whose triangles are tested when the ray enters its volume of this kind.
+    Mesh(AssetId<Mesh>, BoundingKind),
+    Analytic(PickShape),
+}
+
+impl PlacedSurface {
+    /// The ray in the space of the surface, with the same parameters, if there is such a ray.
     #[inline]
     pub fn ray_to_local(&self, ray: &Ray) -> Option<Ray> {
         ray.transformed_by(self.local_from_world.as_ref()?)
+    }
+
+    /// A unit normal in world space, for one in the space of the surface: normals transform by the inverse transpose
+    /// (PBRT, 4th edition, §3.10.3). Zero if there is no inverse.
+    pub fn normal_to_world(&self, normal: Vec3) -> Vec3 {
+        self.local_from_world.map_or(Vec3::ZERO, |local_from_world| {
+            let world = local_from_world.matrix3.transpose() * normal.as_dvec3();
+            world.normalize_or_zero().as_vec3()
+        })
+    }
+
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<AssetId<Mesh>> {
+        self.shape.mesh()
+    }
+}
+
+impl Shape {
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<AssetId<Mesh>> {
+        match *self {
+            Self::Mesh(mesh, _) => Some(mesh),
+            Self::Analytic(_) => None,
+        }
     }
 }
 
@@ -169,14 +207,14 @@ impl SpatialIndex {
         &self.entries[slot as usize]
     }
 
-    pub(super) fn surface(&self, slot: Slot) -> Option<&MeshSurface> {
+    pub(super) fn surface(&self, slot: Slot) -> Option<&PlacedSurface> {
         self.surfaces[slot as usize].as_ref()
     }
 
-    /// The mesh that rays hit on an entity, if it is in the index.
-    pub(super) fn mesh(&self, entity: Entity) -> Option<AssetId<Mesh>> {
+    /// What rays hit on an entity, if it is in the index.
+    pub(super) fn surface_of(&self, entity: Entity) -> Option<&PlacedSurface> {
         let slot = *self.slot_of.get(&entity)?;
-        self.surface(slot).map(|surface| surface.mesh)
+        self.surface(slot)
     }
 
     /// Brings an entity that is in the index up to date.

@@ -27,12 +27,13 @@ use bevy::{
 use tracing::warn;
 
 use super::{
-    MeshBvhs, NoSpatialIndex, RayCastBackfaces, Refusal, SimplifiedMesh, SpatialIndex,
-    spatial_index::{Contents, MeshSurface},
+    BoundedBy, MeshBvhs, NoSpatialIndex, PickShape, RayCastBackfaces, Refusal, SimplifiedMesh, SpatialIndex,
+    spatial_index::{Contents, PlacedSurface, Shape},
 };
 use crate::geometry::{
     aabb::{Aabb3dExt, union},
     ray::triangle::Backfaces,
+    volume::Volume,
 };
 
 /// Follows mesh assets that are loaded, modified and removed, and takes over the hierarchies that have been built.
@@ -69,6 +70,8 @@ pub(super) struct Indexed {
     mesh_2d: Option<&'static Mesh2d>,
     mesh_3d: Option<&'static Mesh3d>,
     simplified_mesh: Option<&'static SimplifiedMesh>,
+    shape: Option<&'static PickShape>,
+    bounded_by: Option<&'static BoundedBy>,
     visibility: Option<&'static InheritedVisibility>,
     layers: Option<&'static RenderLayers>,
     has_backfaces: Has<RayCastBackfaces>,
@@ -82,6 +85,8 @@ type AnyChanged = Or<(
     Changed<Mesh2d>,
     Changed<Mesh3d>,
     Changed<SimplifiedMesh>,
+    Changed<PickShape>,
+    Changed<BoundedBy>,
     Changed<InheritedVisibility>,
     Changed<RenderLayers>,
     Changed<RayCastBackfaces>,
@@ -89,7 +94,13 @@ type AnyChanged = Or<(
 )>;
 
 /// An entity could be in the index.
-type HasBounds = Or<(With<Aabb>, With<Mesh2d>, With<Mesh3d>, With<SimplifiedMesh>)>;
+type HasBounds = Or<(
+    With<Aabb>,
+    With<Mesh2d>,
+    With<Mesh3d>,
+    With<SimplifiedMesh>,
+    With<PickShape>,
+)>;
 
 /// What the index reads of an entity was taken away, or the whole entity.
 #[derive(SystemParam)]
@@ -99,6 +110,8 @@ pub(super) struct Removed<'w, 's> {
     mesh_2d: RemovedComponents<'w, 's, Mesh2d>,
     mesh_3d: RemovedComponents<'w, 's, Mesh3d>,
     simplified_mesh: RemovedComponents<'w, 's, SimplifiedMesh>,
+    shape: RemovedComponents<'w, 's, PickShape>,
+    bounded_by: RemovedComponents<'w, 's, BoundedBy>,
     visibility: RemovedComponents<'w, 's, InheritedVisibility>,
     layers: RemovedComponents<'w, 's, RenderLayers>,
     backfaces: RemovedComponents<'w, 's, RayCastBackfaces>,
@@ -113,6 +126,8 @@ impl Removed<'_, '_> {
             .chain(self.mesh_2d.read())
             .chain(self.mesh_3d.read())
             .chain(self.simplified_mesh.read())
+            .chain(self.shape.read())
+            .chain(self.bounded_by.read())
             .chain(self.visibility.read())
             .chain(self.layers.read())
             .chain(self.backfaces.read())
@@ -225,15 +240,19 @@ impl Reconciler<'_> {
     /// `item`.
     fn reconcile(&mut self, entity: Entity, item: Option<IndexedItem>) {
         self.bounded_by_mesh.remove(entity);
-        let old_mesh = self.index.mesh(entity);
+        let old_mesh = self.index.surface_of(entity).and_then(PlacedSurface::mesh);
         let item = item.filter(|item| !item.is_left_out);
-        let mesh = item.as_ref().and_then(pick_mesh);
+        let shape = item.as_ref().and_then(pick_shape);
+        let mesh = shape.as_ref().and_then(Shape::mesh);
         let acquired = mesh.filter(|_| mesh != old_mesh);
         if let Some(mesh) = acquired {
             self.meshes.acquire(mesh, entity, self.assets);
         }
+        if let Some(Shape::Mesh(mesh, kind)) = shape {
+            self.meshes.bound_by(mesh, kind);
+        }
 
-        let state = item.as_ref().map_or(Ok(None), |item| self.state(entity, item, mesh));
+        let state = item.as_ref().map_or(Ok(None), |item| self.state(entity, item, shape));
         let refusal = state.as_ref().err().copied();
         if self.index.set_refused(entity, refusal)
             && let (Some(why), Some(item)) = (refusal, &item)
@@ -265,28 +284,23 @@ impl Reconciler<'_> {
     }
 
     /// What the index should hold for an entity: `None` if the entity has no bounds, or none yet.
-    fn state(
-        &mut self,
-        entity: Entity,
-        item: &IndexedItem,
-        mesh: Option<AssetId<Mesh>>,
-    ) -> Result<Option<Contents>, Refusal> {
-        if item.aabb.is_none() && mesh.is_none() {
+    fn state(&mut self, entity: Entity, item: &IndexedItem, shape: Option<Shape>) -> Result<Option<Contents>, Refusal> {
+        if item.aabb.is_none() && shape.is_none() {
             return Ok(None);
         }
         let world_from_local = item.transform.affine();
         if !world_from_local.is_finite() {
             return Err(Refusal::Transform);
         }
-        let Some(local) = self.local_bounds(entity, item, mesh)? else {
+        let Some(local) = self.local_bounds(entity, item, shape.as_ref())? else {
             return Ok(None);
         };
         let world = local.transformed_by_affine(&world_from_local);
         if !world.is_sound() {
             return Err(Refusal::WorldBounds);
         }
-        let surface = mesh.map(|mesh| MeshSurface {
-            mesh,
+        let surface = shape.map(|shape| PlacedSurface {
+            shape,
             world_from_local,
             local_from_world: inverse(&world_from_local),
             backfaces: if item.has_backfaces || item.mesh_2d.is_some() {
@@ -303,13 +317,13 @@ impl Reconciler<'_> {
         }))
     }
 
-    /// The local box of an entity: its `Aabb`, with the box of a simplified mesh, which may stick out; without an
-    /// `Aabb`, the box of its mesh.
+    /// The local box of an entity: its `Aabb`, with the box of a simplified mesh or a `PickShape`, which may stick out;
+    /// without an `Aabb`, the box of what rays hit.
     fn local_bounds(
         &mut self,
         entity: Entity,
         item: &IndexedItem,
-        mesh: Option<AssetId<Mesh>>,
+        shape: Option<&Shape>,
     ) -> Result<Option<Aabb3d>, Refusal> {
         let own = item.aabb.map(|aabb| Aabb3d {
             min: aabb.center - aabb.half_extents,
@@ -319,23 +333,35 @@ impl Reconciler<'_> {
             return Err(Refusal::Bounds);
         }
         let asks_mesh = own.is_none() || item.simplified_mesh.is_some();
-        let of_mesh = mesh.filter(|_| asks_mesh).and_then(|mesh| {
-            self.bounded_by_mesh.insert(entity, mesh);
-            self.meshes.aabb(mesh)
-        });
-        Ok(match (own, of_mesh) {
-            (Some(own), Some(of_mesh)) => Some(union(&own, &of_mesh)),
-            (own, of_mesh) => own.or(of_mesh),
+        let of_shape = match shape {
+            Some(&Shape::Mesh(mesh, _)) if asks_mesh => {
+                self.bounded_by_mesh.insert(entity, mesh);
+                self.meshes.aabb(mesh)
+            }
+            Some(Shape::Analytic(shape)) => {
+                let sound = shape.surface().aabb().filter(Aabb3dExt::is_sound);
+                Some(sound.ok_or(Refusal::Shape)?)
+            }
+            _ => None,
+        };
+        Ok(match (own, of_shape) {
+            (Some(own), Some(of_shape)) => Some(union(&own, &of_shape)),
+            (own, of_shape) => own.or(of_shape),
         })
     }
 }
 
-/// The mesh that rays hit.
-fn pick_mesh(item: &IndexedItem) -> Option<AssetId<Mesh>> {
+/// What rays hit on an entity.
+fn pick_shape(item: &IndexedItem) -> Option<Shape> {
+    if let Some(shape) = item.shape {
+        return Some(Shape::Analytic(shape.clone()));
+    }
     let simplified = item.simplified_mesh.map(|mesh| mesh.0.id());
-    simplified
+    let mesh = simplified
         .or(item.mesh_3d.map(|mesh| mesh.0.id()))
-        .or(item.mesh_2d.map(|mesh| mesh.0.id()))
+        .or(item.mesh_2d.map(|mesh| mesh.0.id()))?;
+    let kind = item.bounded_by.copied().unwrap_or_default().0;
+    Some(Shape::Mesh(mesh, kind))
 }
 
 /// The inverse of `transform`, or `None` if it has none: if the transform is flat.

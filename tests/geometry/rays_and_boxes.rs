@@ -10,6 +10,7 @@ use bevy_sightline::geometry::{
         Ray,
         triangle::{Backfaces, TriangleRay},
     },
+    volume::Volume,
 };
 use rand::Rng;
 
@@ -70,18 +71,6 @@ fn a_transformed_box_is_tight() {
                 < 1e-4 * (1.0 + tight.half_size().max_element())
         );
     }
-}
-
-#[test]
-fn a_box_around_no_points_does_not_exist() {
-    assert_eq!(Aabb3d::enclosing([]), None);
-}
-
-#[test]
-fn a_box_around_points_ignores_nan() {
-    let aabb = Aabb3d::enclosing([Vec3A::NAN, Vec3A::ONE, Vec3A::splat(3.0)]);
-    assert_eq!(aabb, Some(Aabb3d::from_min_max(Vec3A::ONE, Vec3A::splat(3.0))));
-    assert_eq!(Aabb3d::enclosing([Vec3A::NAN]), None);
 }
 
 #[test]
