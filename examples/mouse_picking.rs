@@ -7,6 +7,8 @@
 //! One line, `SightlinePlugins`, makes everything with a mesh pickable; the rest is Bevy's own observers. Without a
 //! display a synthetic pointer clicks in the middle of the view.
 
+#[path = "shared/pointer.rs"]
+mod pointer;
 mod shared;
 
 use bevy::{gltf::GltfAssetLabel, prelude::*};
@@ -21,7 +23,7 @@ fn main() -> AppExit {
         return app.run();
     }
     shared::load(&mut app).expect("the models are in the folder assets");
-    shared::play(&mut app, shared::click(Vec2::splat(0.5)));
+    pointer::play(&mut app, pointer::click(Vec2::splat(0.5)));
     let world = app.world_mut();
     let mut transforms = world.query::<&Transform>();
     assert!(

@@ -1,6 +1,6 @@
 //! The city without a window: a synthetic pointer sweeps the view, and a report tells what it met.
 
-use std::{fs, path::Path, time::Instant};
+use std::{fs, time::Instant};
 
 use bevy::{
     picking::{
@@ -16,7 +16,8 @@ use crate::{
     interaction::{Hovered, Selected},
     options::Options,
     picture,
-    shared::{self, Step},
+    pointer::{self, Step},
+    shared,
     traffic::Traveller,
 };
 
@@ -49,8 +50,8 @@ pub fn run(mut app: App) -> AppExit {
     *app.world_mut().resource_mut::<Findings>() = default();
 
     let options = app.world().resource::<Options>().clone();
-    shared::play(&mut app, sweep(options.frames));
-    shared::play(&mut app, select_and_hover());
+    pointer::play(&mut app, sweep(options.frames));
+    pointer::play(&mut app, select_and_hover());
 
     let picture_ms = app
         .world_mut()
@@ -100,7 +101,7 @@ fn sweep(frames: u32) -> impl Iterator<Item = Step> {
 /// Clicks on one tower and comes to rest on another, for the picture.
 fn select_and_hover() -> impl Iterator<Item = Step> {
     let (tower, other_tower) = (Vec2::new(0.195, 0.55), Vec2::new(0.68, 0.5));
-    shared::click(tower).into_iter().chain([(other_tower, None); 2])
+    pointer::click(tower).into_iter().chain([(other_tower, None); 2])
 }
 
 /// Casts the ray of the pointer once more, with ours and with Bevy's ray cast, and notes the times and the answers.
@@ -173,9 +174,4 @@ fn print_report(report: &serde_json::Value) {
             .map_or(value.to_string(), |v| format!("{v:.2}"));
         println!("{:<30}{value:>14}", name.replace('_', " "));
     }
-}
-
-/// Makes the folder that a file is to be in.
-pub fn make_folder_of(file: &Path) -> std::io::Result<()> {
-    file.parent().map_or(Ok(()), fs::create_dir_all)
 }

@@ -20,6 +20,10 @@ mod interaction;
 mod options;
 mod picture;
 mod plan;
+#[path = "../shared/pointer.rs"]
+mod pointer;
+#[path = "../shared/picture.rs"]
+mod ray_cast_picture;
 mod scenery;
 #[path = "../shared/mod.rs"]
 mod shared;

@@ -13,7 +13,7 @@ use crate::{
 /// From the ground towards the sun.
 pub const TO_SUN: Vec3 = Vec3::new(0.45, 0.75, 0.35);
 /// The colour of the sky and of the haze.
-pub const SKY: Color = Color::srgb(0.66, 0.79, 0.90);
+pub const SKY: Srgba = Srgba::rgb(0.66, 0.79, 0.90);
 
 /// The finest level of each model, by name, through Bevy's glTF loader.
 #[derive(Resource, Default)]
@@ -40,7 +40,7 @@ pub struct Ground;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Models>()
-        .insert_resource(ClearColor(SKY))
+        .insert_resource(ClearColor(SKY.into()))
         .insert_resource(GlobalAmbientLight {
             brightness: 900.0,
             color: Color::srgb(0.86, 0.92, 1.0),
@@ -136,8 +136,8 @@ fn light_and_look(mut commands: Commands, options: Res<Options>) {
         }),
         Transform::from_xyz(0.28 * half, 90.0, 0.62 * half).looking_at(Vec3::new(0.0, 12.0, 0.0), Vec3::Y),
         DistanceFog {
-            color: SKY,
-            falloff: FogFalloff::from_visibility_color((4.0 * half).max(2000.0), SKY),
+            color: SKY.into(),
+            falloff: FogFalloff::from_visibility_color((4.0 * half).max(2000.0), SKY.into()),
             ..default()
         },
         FreeCamera {
