@@ -13,5 +13,17 @@
 //!   in the last place, and never the reverse. Every such slack lives in [`tolerance`], with its unit and its reason.
 
 pub mod aabb;
+pub mod bounding_sphere;
+pub mod closest_point;
+pub mod convex_hull;
+pub mod intersection;
+pub mod obb;
+pub mod primitive_bounds;
 pub mod ray;
+mod rounding;
+pub mod support;
+pub mod surface;
+pub mod sweep;
 pub mod tolerance;
+pub mod triangle_triangle;
+pub mod volume;

@@ -22,3 +22,73 @@ pub const SLAB: f32 = 8.0 * f32::EPSILON;
 /// The edge functions of a triangle of size L round by up to 4u·L², which moves an edge by 4u·L: a ray that passes so
 /// close outside may be reported as a hit, and must then pass the box too.
 pub const TRIANGLE_BOX: f32 = 4.0 * f32::EPSILON;
+
+/// How far [`Affine3A::transform_point3a`](bevy::math::Affine3A::transform_point3a) may be off in each coordinate, as a
+/// fraction of the magnitudes that were added up: γ₄ for a product and three sums, rounded up to 5u.
+pub const TRANSFORMED_POINT: f64 = 2.5 * f32::EPSILON as f64;
+
+/// What the image of a point or a box under an affine transform loses where its products underflow, in units of its
+/// space.
+///
+/// Not a length: eight times the smallest positive `f32`, by which all denormals differ. A dozen roundings lose up to
+/// half of that each, six in all.
+pub const UNDERFLOW: f32 = 8.0 * f32::MIN_POSITIVE * f32::EPSILON;
+
+/// Relative slack of what is computed in `f64` from `f32` numbers: the few dozen roundings of 2⁻⁵³ of a test, with room
+/// to spare, and a millionth of what `f32` resolves.
+pub const DOUBLE: f64 = 64.0 * f64::EPSILON;
+
+/// The extent below which points are flat, as a fraction of their largest coordinate: 16u, for coordinates that were
+/// rotated into place are off by some 8u on either side.
+pub const FLAT: f64 = 8.0 * f32::EPSILON as f64;
+
+/// How far the faces of a convex hull may lie below a plane that they share, as a fraction of the sum of its largest
+/// coordinates on the three axes.
+///
+/// The corners of what was one face before it was rotated in `f32` lie within some 4u of a plane.
+pub const HULL_FACE: f64 = 2.0 * f32::EPSILON as f64;
+
+/// Relative slack of the ray test of a convex hull, as a fraction of the magnitudes that were added up.
+///
+/// The distance of the start of the ray from a plane costs three products and four sums, the speed towards it three and
+/// three, and their quotient rounds once more: below 7u for each, and 8u are allowed.
+pub const HULL_RAY: f32 = 4.0 * f32::EPSILON;
+
+/// How close to the start of a ray a hit on a torus is at the start, as a fraction of the distance from there to the
+/// point of the ray that is nearest to the centre of the torus.
+///
+/// Roots are measured from that point, and are right to some 2⁻⁵⁰ of this distance unless the tube is thin; 2⁻⁴⁰ is
+/// still far below the spacing of `f32`, 2⁻²⁴.
+pub const TORUS_START: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// When the search for the distance between two convex shapes ends: upper and lower bound differ by no more than this
+/// fraction of the distance.
+///
+/// Far above the rounding of double precision, so that it is reached, and 10⁴ times below that of `f32`, so that
+/// nobody sees it in the result. Curved shapes, which the search closes in on one point at a time, need it.
+pub const GJK_CONVERGENCE: f64 = 1e-11;
+
+/// How close a moving shape must come to count as touching, as a fraction of the largest coordinate in play.
+///
+/// The closest points come from double precision, with an error of [`DOUBLE`], or from GJK, with a few times that; this
+/// is 2⁸ times the former, and 10⁴ times below the spacing of `f32`.
+pub const SWEEP_CONTACT: f64 = 256.0 * DOUBLE;
+
+/// Bound on the rounding of an orientation determinant in `f64`, as a fraction of the sum of the magnitudes of its
+/// products.
+///
+/// Each product of a 3×3 determinant of differences rounds eight times at most, so γ₈ with `f64`'s u = 2⁻⁵³ would do;
+/// 16u covers the rounding of the sum of magnitudes too. A determinant beyond the bound has the right sign.
+pub const ORIENTATION: f64 = 8.0 * f64::EPSILON;
+
+/// What an orientation determinant must exceed besides [`ORIENTATION`], in the unit of the magnitudes that are added up.
+///
+/// It covers what underflow takes away from a product, 2⁻¹⁰⁷⁴ at most, whatever the product is multiplied by. No
+/// determinant of `f32` coordinates is smaller but zero: the least is 2⁻⁴⁴⁷.
+pub const ORIENTATION_UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+
+/// The least determinant that a point is constructed from as it is, as a fraction of the sum of the magnitudes of its
+/// products. Below, it is computed exactly and rounded once.
+///
+/// At 2⁻⁸ the relative error of a determinant is [`ORIENTATION`] / 2⁻⁸ = 2⁻⁴¹.
+pub const WELL_CONDITIONED: f64 = 1.0 / 256.0;

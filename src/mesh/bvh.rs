@@ -2,17 +2,11 @@
 
 use std::ops::Range;
 
-use bevy::math::{Vec3A, bounding::Aabb3d};
-
 use super::triangles::{TriangleHit, TriangleMesh, nearer};
 use crate::{
-    geometry::{
-        aabb::Aabb3dExt,
-        ray::{
-            Ray,
-            triangle::{Backfaces, TriangleRay},
-        },
-        tolerance,
+    geometry::ray::{
+        Ray,
+        triangle::{Backfaces, TriangleRay},
     },
     spatial::{
         RayVisit,
@@ -22,7 +16,7 @@ use crate::{
 };
 
 /// The most triangles that a leaf holds.
-const LEAF_SIZE: usize = 6;
+pub(super) const LEAF_SIZE: usize = 6;
 
 /// A static hierarchy over the triangles of one mesh, for all its instances.
 ///
@@ -43,7 +37,7 @@ impl MeshBvh {
     pub fn build(mesh: &TriangleMesh) -> Self {
         let mut items: Vec<BuildItem> = (0..mesh.len() as u32)
             .map(|index| BuildItem {
-                aabb: triangle_box(mesh.corners(index)),
+                aabb: mesh.triangle_box(index),
                 index,
             })
             .collect();
@@ -59,6 +53,10 @@ impl MeshBvh {
     /// The triangles; hits of this hierarchy are looked up there.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.mesh
+    }
+
+    pub(super) fn nodes(&self) -> &[WideNode] {
+        &self.nodes
     }
 
     /// The nearest hit. Of triangles at one parameter the one with the smallest number wins.
@@ -100,17 +98,7 @@ fn pack_slots(first: u32, count: u32) -> u32 {
     first << 3 | count
 }
 
-fn unpack_slots(leaf: u32) -> Range<u32> {
+pub(super) fn unpack_slots(leaf: u32) -> Range<u32> {
     let first = leaf >> 3;
     first..first + (leaf & 7)
-}
-
-/// The box of a triangle, with the slack that its ray test needs: see [`tolerance::TRIANGLE_BOX`].
-fn triangle_box(corners: [Vec3A; 3]) -> Aabb3d {
-    let tight = Aabb3d::enclosing(corners).expect("three corners that are not NaN");
-    let slack = Vec3A::splat((tight.max - tight.min).max_element() * tolerance::TRIANGLE_BOX);
-    Aabb3d {
-        min: tight.min - slack,
-        max: tight.max + slack,
-    }
 }

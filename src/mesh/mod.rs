@@ -3,7 +3,9 @@
 //! Knows Bevy's [`Mesh`](bevy::mesh::Mesh) and nothing else of Bevy. Everything is in the local space of the mesh.
 
 pub mod bvh;
+pub mod mesh_mesh;
 pub mod triangles;
 
 pub use bvh::MeshBvh;
+pub use mesh_mesh::{PlacedMesh, TrianglePair};
 pub use triangles::{TriangleHit, TriangleMesh, UnusableMesh};

@@ -8,11 +8,12 @@ use bevy::{
 };
 
 use crate::geometry::{
-    aabb::Aabb3dExt,
     ray::{
         Ray,
         triangle::{Backfaces, TriangleIntersection, TriangleRay},
     },
+    tolerance,
+    volume::{AnyVolume, BoundingKind, Volume},
 };
 
 /// A hit on one triangle of a mesh.
@@ -136,7 +137,7 @@ impl TriangleMesh {
             })
             .collect();
         let corners = triangles.iter().flat_map(|triangle| triangle.corners);
-        let aabb = Aabb3d::enclosing(corners.map(Vec3A::from)).ok_or(UnusableMesh::NoTriangles)?;
+        let aabb = Aabb3d::enclosing(corners.map(Vec3A::from)).map_err(|_| UnusableMesh::NoTriangles)?;
         let normals = match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
             Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => Some(normals),
             _ => None,
@@ -177,6 +178,12 @@ impl TriangleMesh {
     /// The box around all triangles.
     pub fn aabb(&self) -> Aabb3d {
         self.aabb
+    }
+
+    /// A volume of some kind around all triangles; `None` if it would overflow.
+    pub fn bounding_volume(&self, kind: BoundingKind) -> Option<AnyVolume> {
+        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
+        kind.enclosing(corners.map(Vec3A::from)).ok()
     }
 
     /// The nearest hit, found by a test of every triangle. Of triangles at one parameter the one with the smallest
@@ -242,6 +249,22 @@ impl TriangleMesh {
     #[inline]
     pub(super) fn corners(&self, slot: u32) -> [Vec3A; 3] {
         self.triangles[slot as usize].corners.map(Vec3A::from)
+    }
+
+    /// The number of a triangle in the mesh.
+    pub(super) fn number(&self, slot: u32) -> u32 {
+        self.triangles[slot as usize].number
+    }
+
+    /// The box of a triangle, with the slack that its ray test needs: see [`tolerance::TRIANGLE_BOX`].
+    pub(super) fn triangle_box(&self, slot: u32) -> Aabb3d {
+        let [a, b, c] = self.corners(slot);
+        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+        let slack = Vec3A::splat((max - min).max_element() * tolerance::TRIANGLE_BOX);
+        Aabb3d {
+            min: min - slack,
+            max: max + slack,
+        }
     }
 
     #[inline]

@@ -135,10 +135,23 @@ impl WideNode {
         self.len -= 1;
     }
 
+    /// The lanes whose boxes touch `aabb`.
+    #[inline]
+    pub(crate) fn touching(&self, aabb: &Aabb3d) -> impl Iterator<Item = usize> + use<> {
+        let mut touching = [true; LANES];
+        for axis in 0..3 {
+            let (min, max) = (aabb.min[axis], aabb.max[axis]);
+            for (lane, touching) in touching.iter_mut().enumerate() {
+                *touching &= self.min[axis][lane] <= max && self.max[axis][lane] >= min;
+            }
+        }
+        (0..self.len()).filter(move |&lane| touching[lane])
+    }
+
     /// The parameters at which the ray enters the boxes, infinite for those that it misses.
     #[inline]
     fn entered(&self, ray: &SlabRay) -> [f32; LANES] {
-        let (mut enter, mut leave) = ([0.0; LANES], [ray.t_max; LANES]);
+        let (mut enter, mut leave) = ([ray.t_min; LANES], [ray.t_max; LANES]);
         for axis in 0..3 {
             let (near, far) = if ray.forward[axis] {
                 (&self.min[axis], &self.max[axis])
@@ -168,7 +181,7 @@ impl WideNode {
 pub(crate) fn visit_ray(nodes: &[WideNode], root: NodeIndex, ray: &Ray, mut visit: impl FnMut(u32, f32) -> RayVisit) {
     let mut ray = ray.slab_ray();
     let mut stack: SmallVec<[(f32, PackedChild); 96]> = SmallVec::new();
-    stack.push((0.0, PackedChild(root)));
+    stack.push((ray.t_min, PackedChild(root)));
     while let Some((enter, child)) = stack.pop() {
         if enter > ray.t_max {
             continue;

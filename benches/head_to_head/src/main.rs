@@ -15,13 +15,19 @@
 //!
 //! Times are medians. A ratio over 1 means that we are faster.
 
+mod bounding;
 mod compare;
+mod geometry;
 mod picking;
 
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 1] = [("picking", picking::run)];
+const GROUPS: [(&str, fn(Effort)); 3] = [
+    ("bounding", bounding::run),
+    ("geometry", geometry::run),
+    ("picking", picking::run),
+];
 
 /// How much to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,13 +8,13 @@ use crate::geometry::tolerance;
 impl Ray {
     /// The parameter at which the ray enters `aabb`, in the space of both, or `None` if it misses.
     ///
-    /// Zero where the ray starts inside. Conservative: never misses a box that the exact ray touches, whatever the
+    /// Its [`t_min`](Ray::t_min) where the ray starts inside. Conservative: never misses a box that the exact ray touches, whatever the
     /// zeros in its direction, and may report one that it misses by [`tolerance::SLAB`]; the parameter is never too
     /// large. Source: Kay and Kajiya 1986, with the robust interval of Ize 2013.
     #[inline]
     pub fn aabb_intersection_at(&self, aabb: &Aabb3d) -> Option<f32> {
         let ray = self.slab_ray();
-        let (mut enter, mut leave) = (0.0, ray.t_max);
+        let (mut enter, mut leave) = (ray.t_min, ray.t_max);
         for axis in 0..3 {
             let (near, far) = if ray.forward[axis] {
                 (aabb.min[axis], aabb.max[axis])
@@ -41,6 +41,7 @@ impl Ray {
             origin: self.origin.to_array(),
             direction_recip,
             forward: direction_recip.map(|recip| recip >= 0.0),
+            t_min: self.t_min,
             t_max: self.t_max,
         }
     }
@@ -54,6 +55,7 @@ pub(crate) struct SlabRay {
     pub direction_recip: [f32; 3],
     /// Whether the ray enters through the minimum of each axis.
     pub forward: [bool; 3],
+    pub t_min: f32,
     pub t_max: f32,
 }
 

@@ -1,11 +1,15 @@
 //! Rays, and one file for each shape that a ray is tested against.
 
 pub mod aabb;
+pub mod convex_hull;
+pub mod obb;
+pub mod sphere;
 pub mod triangle;
 
 use bevy::math::{DAffine3, DVec3, Ray3d, Vec3, Vec3A};
 
-/// A ray or a segment: the points `origin + t * direction` for `0 <= t <= t_max`.
+/// A ray or a segment: the points `origin + t * direction` for `t_min <= t <= t_max`, where `t_min` is zero unless
+/// [`with_interval`](Ray::with_interval) has moved it.
 ///
 /// Unlike [`Ray3d`], the direction may have any length, so that a ray keeps its parameter `t` under every affine
 /// transform: a hit found in the local space of a mesh is a hit in the world at the same `t`. A ray from
@@ -16,6 +20,7 @@ pub struct Ray {
     direction: Vec3A,
     /// `1 / direction`: infinite where that is zero.
     direction_recip: Vec3A,
+    t_min: f32,
     t_max: f32,
 }
 
@@ -31,6 +36,7 @@ impl Ray {
             origin,
             direction,
             direction_recip: direction.recip(),
+            t_min: 0.0,
             t_max,
         })
     }
@@ -61,6 +67,12 @@ impl Ray {
         self.direction
     }
 
+    /// The smallest parameter that belongs to the ray; never negative.
+    #[inline]
+    pub fn t_min(&self) -> f32 {
+        self.t_min
+    }
+
     /// The largest parameter that belongs to the ray; may be infinite.
     #[inline]
     pub fn t_max(&self) -> f32 {
@@ -81,6 +93,15 @@ impl Ray {
         Self { t_max, ..self }
     }
 
+    /// The part of this line from `t_min` to `t_max`, which must not be negative or NaN. Nothing is in it if
+    /// `t_min > t_max`.
+    #[inline]
+    #[must_use]
+    pub fn with_interval(self, t_min: f32, t_max: f32) -> Self {
+        debug_assert!(t_min >= 0.0 && t_max >= 0.0);
+        Self { t_min, t_max, ..self }
+    }
+
     /// The same points under `transform`, with the same parameters.
     ///
     /// In double precision: a ray that starts far from the origin of the world, and close to the mesh into whose space
@@ -89,7 +110,11 @@ impl Ray {
     #[inline]
     pub fn transformed_by(&self, transform: &DAffine3) -> Option<Self> {
         let (origin, direction) = self.exactly_under(transform);
-        Self::new(origin.as_vec3(), direction.as_vec3(), self.t_max)
+        let ray = Self::new(origin.as_vec3(), direction.as_vec3(), self.t_max)?;
+        Some(Self {
+            t_min: self.t_min,
+            ..ray
+        })
     }
 
     /// The parameter `t` of a hit on a triangle in the space that `transform` leads to, right to the last digit.

@@ -39,6 +39,7 @@ pub struct TriangleRay {
     sx: f32,
     sy: f32,
     sz: f32,
+    t_min: f32,
 }
 
 impl TriangleRay {
@@ -59,10 +60,11 @@ impl TriangleRay {
             sx: d[kx] / d[kz],
             sy: d[ky] / d[kz],
             sz: 1.0 / d[kz],
+            t_min: ray.t_min(),
         }
     }
 
-    /// Where the ray meets the triangle with a parameter in `0..=t_max`, in the space of both.
+    /// Where the ray meets the triangle with a parameter from the start of the ray to `t_max`, in the space of both.
     ///
     /// Exact at edges and vertices: no ray slips between triangles that share them. Triangles that are degenerate, or
     /// that the ray sees edge-on, are missed; a closed surface is hit beside them.
@@ -102,7 +104,7 @@ impl TriangleRay {
         let (u, v, w) = (u * recip, v * recip, w * recip);
         let depth = u * f64::from(a[self.kz]) + v * f64::from(b[self.kz]) + w * f64::from(c[self.kz]);
         let t = (depth * f64::from(self.sz)) as f32;
-        (t >= 0.0 && t <= t_max).then_some(TriangleIntersection {
+        (t >= self.t_min && t <= t_max).then_some(TriangleIntersection {
             t,
             barycentrics: Vec3::new(u as f32, v as f32, w as f32),
         })

@@ -1,0 +1,89 @@
+//! Groups of surfaces.
+
+use bevy::math::bounding::Aabb3d;
+
+use super::{Surface, SurfaceHit};
+use crate::geometry::{
+    aabb,
+    ray::{Ray, triangle::Backfaces},
+};
+
+/// Several surfaces, in one space, that are hit as one. It keeps a box around them all, and tests that first.
+///
+/// A group may hold groups: a hierarchy of bounding volumes, by composition. Of several hits at the same parameter, the
+/// one on the first member counts. An empty group is hit by nothing, and has no box.
+#[derive(Default)]
+pub struct SurfaceGroup {
+    members: Vec<Box<dyn Surface>>,
+    /// `None` if there are no members, or one has no end.
+    aabb: Option<Aabb3d>,
+}
+
+impl SurfaceGroup {
+    /// An empty group.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a surface after the others. One that is shared goes in as an [`Arc`](std::sync::Arc).
+    pub fn push(&mut self, surface: impl Surface + 'static) {
+        self.aabb = match (self.aabb, surface.aabb()) {
+            (Some(around), Some(member)) => Some(aabb::union(&around, &member)),
+            (None, member) if self.members.is_empty() => member,
+            _ => None,
+        };
+        self.members.push(Box::new(surface));
+    }
+
+    /// The surfaces, in the order in which they were added.
+    pub fn members(&self) -> &[Box<dyn Surface>] {
+        &self.members
+    }
+
+    fn may_hit(&self, ray: &Ray) -> bool {
+        self.aabb.is_none_or(|aabb| ray.aabb_intersection_at(&aabb).is_some())
+    }
+}
+
+impl Surface for SurfaceGroup {
+    /// `None` also if there are no members.
+    fn aabb(&self) -> Option<Aabb3d> {
+        self.aabb
+    }
+
+    fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<SurfaceHit> {
+        if !self.may_hit(ray) {
+            return None;
+        }
+        let mut rest = *ray;
+        let mut closest: Option<SurfaceHit> = None;
+        for member in &self.members {
+            let Some(hit) = member.closest_hit(&rest, backfaces) else {
+                continue;
+            };
+            if closest.is_none_or(|closest| hit.t < closest.t) {
+                closest = Some(hit);
+                rest = rest.with_t_max(hit.t);
+            }
+        }
+        closest
+    }
+
+    fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
+        self.may_hit(ray) && self.members.iter().any(|member| member.any_hit(ray, backfaces))
+    }
+}
+
+impl<S: Surface + 'static> Extend<S> for SurfaceGroup {
+    fn extend<I: IntoIterator<Item = S>>(&mut self, surfaces: I) {
+        surfaces.into_iter().for_each(|surface| self.push(surface));
+    }
+}
+
+impl<S: Surface + 'static> FromIterator<S> for SurfaceGroup {
+    fn from_iter<I: IntoIterator<Item = S>>(surfaces: I) -> Self {
+        let mut group = Self::new();
+        group.extend(surfaces);
+        group
+    }
+}

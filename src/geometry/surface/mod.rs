@@ -1,0 +1,119 @@
+//! Surfaces that rays hit: the primitives of Bevy, and groups of surfaces in bounding volumes.
+//!
+//! Every primitive with a surface is one: [`Sphere`], [`Plane3d`], [`InfinitePlane3d`], [`Cuboid`], [`Cylinder`],
+//! [`Capsule3d`], [`Cone`], [`ConicalFrustum`], [`Torus`], [`Triangle3d`], [`Tetrahedron`] and the [`Extrusion`]s of flat
+//! primitives. `Line3d`, `Segment3d` and `Polyline3d` have none.
+//!
+//! - **Place.** Each lies as its mesh lies by default: around the origin, with its axis along y.
+//! - **Exactness.** The coordinates of the ray and the sizes count as exact, and what is computed from them in double
+//!   precision is rounded once, at the end. The parameter of a hit is right to 1 unit in the last place, unless the ray
+//!   grazes the surface or starts so close to it that even double precision cancels. The parameter overflows where a tiny
+//!   direction meets a huge shape: that is no hit.
+//! - **Start.** A ray that starts on a surface, to the last digit, hits it there if it comes from the front.
+//! - **Seams.** A ray that enters a solid does so through one of its faces, and never slips through between two.
+//! - **Sizes.** A negative size counts as its absolute value. A round shape without a radius, and a rectangle or a flat
+//!   outline without an area, are missed, and so is what has a NaN for a size. Of a solid without height its two faces
+//!   are left.
+//! - **Textures.** The texture coordinates are those of the mesh, where curves take the place of facets.
+//!
+//! [`Sphere`]: bevy::math::primitives::Sphere
+//! [`Plane3d`]: bevy::math::primitives::Plane3d
+//! [`InfinitePlane3d`]: bevy::math::primitives::InfinitePlane3d
+//! [`Cuboid`]: bevy::math::primitives::Cuboid
+//! [`Cylinder`]: bevy::math::primitives::Cylinder
+//! [`Capsule3d`]: bevy::math::primitives::Capsule3d
+//! [`Cone`]: bevy::math::primitives::Cone
+//! [`ConicalFrustum`]: bevy::math::primitives::ConicalFrustum
+//! [`Torus`]: bevy::math::primitives::Torus
+//! [`Triangle3d`]: bevy::math::primitives::Triangle3d
+//! [`Tetrahedron`]: bevy::math::primitives::Tetrahedron
+//! [`Extrusion`]: bevy::math::primitives::Extrusion
+
+mod bounded;
+mod capsule;
+mod chart;
+mod cuboid;
+mod extrusion;
+mod group;
+mod outline;
+mod plane;
+mod revolution;
+mod solid;
+mod span;
+mod sphere;
+mod torus;
+mod triangle;
+
+use std::sync::Arc;
+
+use bevy::math::{Vec2, Vec3, bounding::Aabb3d};
+
+use self::chart::Chart;
+pub use self::{bounded::BoundedSurface, group::SurfaceGroup};
+use super::ray::{Ray, triangle::Backfaces};
+
+/// Something that a ray can hit.
+pub trait Surface: Send + Sync {
+    /// A box around the surface, or `None` if it has no end.
+    fn aabb(&self) -> Option<Aabb3d>;
+
+    /// The hit with the smallest parameter among those that belong to the ray, in the space of the surface.
+    ///
+    /// With [`Backfaces::Cull`] the ray passes through what it sees from behind, so that a ray from inside a closed
+    /// surface leaves it unhindered.
+    fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<SurfaceHit>;
+
+    /// Whether there is any hit.
+    fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
+        self.closest_hit(ray, backfaces).is_some()
+    }
+}
+
+/// Implements [`Surface`] for pointers to one.
+macro_rules! surface_behind {
+    ($($pointer:ty),*) => {$(
+        impl<S: Surface + ?Sized> Surface for $pointer {
+            fn aabb(&self) -> Option<Aabb3d> {
+                (**self).aabb()
+            }
+
+            #[inline]
+            fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<SurfaceHit> {
+                (**self).closest_hit(ray, backfaces)
+            }
+
+            #[inline]
+            fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
+                (**self).any_hit(ray, backfaces)
+            }
+        }
+    )*};
+}
+surface_behind!(&S, Box<S>, Arc<S>);
+
+/// Where a ray meets a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// The parameter of the ray.
+    pub t: f32,
+    /// The unit normal of the surface, on its front side, from whichever side it was hit.
+    pub normal: Vec3,
+    chart: Chart,
+}
+
+impl SurfaceHit {
+    /// A hit at the parameter `t` of the ray, with the unit normal on the front side, and the texture coordinates.
+    pub fn new(t: f32, normal: Vec3, uv: Vec2) -> Self {
+        Self {
+            t,
+            normal,
+            chart: Chart::Plain(uv),
+        }
+    }
+
+    /// The texture coordinates. Those of the primitives are in `0..=1`, and are worked out here: an arc tangent takes
+    /// longer than finding the hit.
+    pub fn uv(&self) -> Vec2 {
+        self.chart.uv(self.normal)
+    }
+}
