@@ -83,7 +83,7 @@ fn set_up(
 ) {
     commands.spawn((
         Camera3d::default(),
-        Transform::from_xyz(-3.5, 5.0, 9.0).looking_at(Vec3::new(0.0, 2.1, 0.0), Vec3::Y),
+        Transform::from_xyz(-2.9, 4.0, 7.6).looking_at(Vec3::new(0.0, 2.45, 0.0), Vec3::Y),
     ));
     commands.spawn((
         DirectionalLight {
@@ -97,7 +97,7 @@ fn set_up(
         ..Color::from(color).into()
     };
     commands.spawn((
-        Mesh3d(meshes.add(Plane3d::default().mesh().size(200.0, 200.0))),
+        Mesh3d(meshes.add(Plane3d::default().mesh().size(4000.0, 4000.0))),
         MeshMaterial3d(materials.add(matte(STONE_300))),
         Pickable::IGNORE,
     ));
@@ -305,7 +305,7 @@ fn draw_picture(
     let daylight = Daylight {
         sky: SKY,
         to_sun: TO_SUN,
-        haze: 500.0,
+        haze: 300.0,
     };
     let mut picture = Picture::ray_cast(UVec2::new(2560, 1440), *camera, |ray| painter.shade(ray, &daylight));
     for line in meeting.curve() {

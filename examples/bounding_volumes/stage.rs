@@ -102,7 +102,7 @@ fn set_up(
 ) {
     commands.spawn((
         Camera3d::default(),
-        Transform::from_xyz(0.0, 5.5, 17.0).looking_at(Vec3::new(0.0, 1.7, 0.0), Vec3::Y),
+        Transform::from_xyz(0.0, 3.8, 11.6).looking_at(Vec3::new(0.0, 1.9, 0.0), Vec3::Y),
     ));
     commands.spawn((
         DirectionalLight {

@@ -23,7 +23,7 @@ pub struct Picture<'a> {
 pub type View<'a> = (&'a Camera, &'a GlobalTransform);
 
 impl<'a> Picture<'a> {
-    /// Asks `shade` for the colour and the distance of what the ray of each pixel sees.
+    /// Asks `shade` for the colour of what the ray of each pixel sees, and for how far along the ray that is.
     pub fn ray_cast(size: UVec2, view: View<'a>, shade: impl Fn(Ray3d) -> (LinearRgba, f32) + Sync) -> Self {
         let (camera, transform) = view;
         let viewport = camera.logical_viewport_size().expect("a camera with a viewport");
@@ -32,14 +32,16 @@ impl<'a> Picture<'a> {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 let place = Vec2::new(column as f32 + 0.5, row as f32 + 0.5) / size.as_vec2();
                 if let Ok(ray) = camera.viewport_to_world(transform, place * viewport) {
-                    *pixel = shade(ray);
+                    let (color, along) = shade(ray);
+                    // Rays begin on the near plane.
+                    *pixel = (color, ray.get_point(along).distance(transform.translation()));
                 }
             }
         });
         Self { size, view, pixels }
     }
 
-    /// Draws a line in world space, two pixels wide, and thinned out where it is behind something.
+    /// Draws a line in world space, four pixels wide, and thinned out where it is behind something.
     pub fn line(&mut self, [from, to]: [Vec3; 2], color: impl Into<LinearRgba>) {
         let (camera, transform) = self.view;
         let viewport = camera.logical_viewport_size().expect("a camera with a viewport");
@@ -61,7 +63,7 @@ impl<'a> Picture<'a> {
             let Some(place) = pixel_at(point).map(|place| place.as_ivec2()) else {
                 continue;
             };
-            for offset in [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE] {
+            for offset in (0..16).map(|i| IVec2::new(i % 4 - 1, i / 4 - 1)) {
                 self.blend(place + offset, distance, color);
             }
         }
@@ -73,7 +75,7 @@ impl<'a> Picture<'a> {
         };
         if place.cmplt(self.size).all() {
             let (under, behind) = &mut self.pixels[(place.y * self.size.x + place.x) as usize];
-            let strength = if distance <= *behind * 1.002 { 1.0 } else { 0.06 };
+            let strength = if distance <= *behind * 1.002 { 1.0 } else { 0.02 };
             *under = under.mix(&color, strength);
         }
     }
