@@ -22,9 +22,10 @@ use bevy::{
     color::palettes::tailwind::{SKY_700, STONE_300, YELLOW_300},
     gizmos::config::{DefaultGizmoConfigGroup, GizmoConfigStore},
     input::mouse::AccumulatedMouseScroll,
+    math::DVec3,
     prelude::*,
 };
-use bevy_sightline::{geometry::triangle_triangle::TriangleContact, index::MeshBvhs, prelude::*};
+use bevy_sightline::{geometry::triangle_triangle::TriangleContact, index::MeshBvhs, mesh::TriangleMesh, prelude::*};
 
 use picture::{Daylight, Painter, Picture};
 
@@ -142,7 +143,7 @@ impl Meeting {
     /// The pieces of the curve.
     fn curve(&self) -> impl Iterator<Item = [Vec3; 2]> + '_ {
         self.contacts.iter().filter_map(|contact| match contact.contact {
-            TriangleContact::Segment(ends) => Some(ends.map(|end| end.as_vec3())),
+            TriangleContact::Segment(ends) => Some(ends.map(DVec3::as_vec3)),
             _ => None,
         })
     }
@@ -274,7 +275,7 @@ fn report(app: &mut App) -> Result<(), String> {
     let bvhs = world.resource::<MeshBvhs>();
     let triangles: Vec<usize> = (meshes.iter())
         .filter_map(|mesh| bvhs.triangles(*mesh))
-        .map(|mesh| mesh.len())
+        .map(TriangleMesh::len)
         .collect();
     println!("triangles               {triangles:?}");
     println!("steps                   {}", times.len());

@@ -4,12 +4,13 @@ use bevy::{
     asset::RenderAssetUsages,
     math::{
         Dir3, Vec2, Vec3, Vec3A,
-        primitives::{Sphere, Torus},
+        primitives::{Cuboid, Sphere, Tetrahedron, Torus},
     },
     mesh::{
         Indices, Mesh, MeshBuilder, MeshVertexAttribute, Meshable, PrimitiveTopology, VertexAttributeValues,
         VertexFormat,
     },
+    transform::components::Transform,
 };
 use bevy_sightline::{
     geometry::ray::{Ray, triangle::Backfaces},
@@ -18,7 +19,10 @@ use bevy_sightline::{
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::common::{random_dir, random_point, rng};
+use crate::{
+    common::{random_dir, random_point, random_rotation, rng},
+    properties::cases,
+};
 
 fn mesh(topology: PrimitiveTopology, positions: Vec<Vec3>) -> Mesh {
     Mesh::new(topology, RenderAssetUsages::default()).with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
@@ -408,6 +412,46 @@ fn rays_at_shared_vertices_and_edges_hit_and_the_hierarchy_agrees_with_the_scan(
     };
     let hits = assert_hierarchy_agrees(&mesh, rays);
     assert_eq!(hits, 2 * 15 * 15 * 4, "no ray slips through");
+}
+
+/// A closed mesh at any scale, stretched, turned and moved, and a point inside it.
+fn closed_mesh(rng: &mut ChaCha8Rng) -> (TriangleMesh, Vec3A) {
+    let mut mesh: Mesh = match rng.random_range(0..3) {
+        0 => Cuboid::default().into(),
+        1 => Tetrahedron::default().into(),
+        _ => Sphere::default().mesh().ico(4).expect("few enough triangles"),
+    };
+    let scale = 10.0_f32.powi(rng.random_range(-6..7));
+    let center = random_point(rng, 5.0) * scale;
+    let place = Transform {
+        translation: center,
+        rotation: random_rotation(rng),
+        scale: Vec3::from_array(std::array::from_fn(|_| rng.random_range(0.3..3.0))) * scale,
+    };
+    mesh.transform_by(place);
+    (triangles(&mesh), center.into())
+}
+
+#[test]
+fn no_ray_at_an_edge_or_a_vertex_of_a_closed_mesh_slips_through() {
+    let mut rng = rng(44);
+    let rays = cases().cases * 100;
+    let (mut cast, mut missed) = (0, 0);
+    while cast < rays {
+        let (mesh, inside) = closed_mesh(&mut rng);
+        let bvh = MeshBvh::build(&mesh);
+        let corners: Vec<[Vec3A; 3]> = mesh.corners_of_all().map(|corners| corners.map(Vec3A::from)).collect();
+        for _ in 0..1000 {
+            let [a, b, _] = corners[rng.random_range(0..corners.len())];
+            let along = [0.0, 1.0, 0.5, rng.random_range(0.0..1.0)][rng.random_range(0..4)];
+            let direction = a + (b - a) * along - inside;
+            let ray = Ray::new(inside, direction * rng.random_range(0.1..10.0), f32::INFINITY).expect("not the center");
+            let hit = bvh.closest_hit(&ray, Backfaces::Include);
+            missed += u32::from(hit.is_none() || !bvh.any_hit(&ray, Backfaces::Include));
+            cast += 1;
+        }
+    }
+    assert_eq!(missed, 0, "of {cast}");
 }
 
 #[test]

@@ -5,7 +5,10 @@ use bevy::{
     prelude::*,
 };
 use bevy_sightline::{
-    geometry::ray::Ray,
+    geometry::ray::{
+        Ray,
+        triangle::{Backfaces, TriangleRay},
+    },
     mesh::{MeshBvh, TriangleMesh},
     prelude::*,
     spatial::AabbTree,
@@ -143,4 +146,23 @@ fn mesh_assets_without_their_messages_do_no_harm() {
         .init_resource::<Assets<Mesh>>();
     app.update();
     assert!(app.world().resource::<SpatialIndex>().is_empty());
+}
+
+#[test]
+fn a_ray_too_slow_to_arrive_hits_no_triangle_at_infinity() {
+    let ray = Ray::new(Vec3A::ZERO, Vec3A::Z * 1e-42, f32::INFINITY).expect("a sound ray");
+    let triangle = [
+        Vec3A::new(-1.0, -1.0, 1.0),
+        Vec3A::new(1.0, -1.0, 1.0),
+        Vec3A::new(0.0, 1.0, 1.0),
+    ];
+    let hit = TriangleRay::new(&ray).triangle_intersection(triangle, f32::INFINITY, Backfaces::Include);
+    assert_eq!(hit, None);
+}
+
+#[test]
+fn a_ray_that_begins_inside_a_box_after_its_origin_enters_it_there() {
+    let unit = Aabb3d::new(Vec3A::ZERO, Vec3A::ONE);
+    let ray = Ray::new(Vec3A::ZERO, Vec3A::X, f32::INFINITY).expect("a sound ray");
+    assert_eq!(ray.with_interval(0.3, 9.0).aabb_intersection_at(&unit), Some(0.3));
 }

@@ -227,7 +227,7 @@ fn spawn_text(mut commands: Commands) {
 }
 
 fn tell(measured: Option<Res<Measured>>, mut text: Single<&mut Text, With<Table>>) {
-    if let Some(measured) = measured.filter(|measured| measured.is_changed()) {
+    if let Some(measured) = measured.filter(DetectChanges::is_changed) {
         text.0 = format!("{}\n\nleft, right: another subject    space: hold still", *measured);
     }
 }

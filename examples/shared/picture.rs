@@ -60,7 +60,7 @@ impl<'a> Picture<'a> {
         for step in 0..=steps {
             let point = from.lerp(to, step as f32 / steps as f32);
             let distance = point.distance(transform.translation());
-            let Some(place) = pixel_at(point).map(|place| place.as_ivec2()) else {
+            let Some(place) = pixel_at(point).map(Vec2::as_ivec2) else {
                 continue;
             };
             for offset in (0..16).map(|i| IVec2::new(i % 4 - 1, i / 4 - 1)) {

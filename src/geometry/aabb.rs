@@ -110,14 +110,20 @@ impl Volume for Aabb3d {
         }
     }
 
+    fn grown(&self, amount: f32) -> Self {
+        Self {
+            min: rounding::down3(self.min.as_dvec3() - f64::from(amount)),
+            max: rounding::up3(self.max.as_dvec3() + f64::from(amount)),
+        }
+    }
+
     fn contains_point(&self, point: Vec3A) -> bool {
         point.cmpge(self.min).all() && point.cmple(self.max).all()
     }
 
     #[inline]
     fn ray_intersection_at(&self, ray: &Ray) -> Option<f32> {
-        // The widened parameter lies before the start of a ray that starts inside.
-        ray.aabb_intersection_at(self).map(|t| t.max(ray.t_min()))
+        ray.aabb_intersection_at(self)
     }
 
     fn aabb(&self) -> Aabb3d {

@@ -103,6 +103,10 @@ impl Volume for BoundingSphere {
         )
     }
 
+    fn grown(&self, amount: f32) -> Self {
+        sound(self.center, f64::from(self.radius()) + f64::from(amount))
+    }
+
     fn contains_point(&self, point: Vec3A) -> bool {
         let radius = f64::from(self.radius());
         point.as_dvec3().distance_squared(self.center.as_dvec3()) <= radius * radius * (1.0 + tolerance::DOUBLE)

@@ -2,11 +2,16 @@
 
 use std::ops::Range;
 
+use bevy::math::bounding::Aabb3d;
+
 use super::triangles::{TriangleHit, TriangleMesh, nearer};
 use crate::{
-    geometry::ray::{
-        Ray,
-        triangle::{Backfaces, TriangleRay},
+    geometry::{
+        ray::{
+            Ray,
+            triangle::{Backfaces, TriangleRay},
+        },
+        surface::{Surface, SurfaceHit},
     },
     spatial::{
         RayVisit,
@@ -101,4 +106,21 @@ fn pack_slots(first: u32, count: u32) -> u32 {
 pub(super) fn unpack_slots(leaf: u32) -> Range<u32> {
     let first = leaf >> 3;
     first..first + (leaf & 7)
+}
+
+/// With the normal and the texture coordinates of the mesh; where it has none, those of the triangle, and zero.
+impl Surface for MeshBvh {
+    fn aabb(&self) -> Option<Aabb3d> {
+        Some(self.mesh.aabb())
+    }
+
+    fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<SurfaceHit> {
+        let hit = MeshBvh::closest_hit(self, ray, backfaces)?;
+        let normal = self.mesh.normal(&hit).normalize_or_zero();
+        Some(SurfaceHit::new(hit.t, normal, self.mesh.uv(&hit).unwrap_or_default()))
+    }
+
+    fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
+        MeshBvh::any_hit(self, ray, backfaces)
+    }
 }

@@ -8,4 +8,4 @@ pub mod triangles;
 
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
-pub use triangles::{TriangleHit, TriangleMesh, UnusableMesh};
+pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};

@@ -8,6 +8,7 @@ use bevy::{
 };
 
 use crate::geometry::{
+    convex_hull::ConvexHull,
     ray::{
         Ray,
         triangle::{Backfaces, TriangleIntersection, TriangleRay},
@@ -15,6 +16,9 @@ use crate::geometry::{
     tolerance,
     volume::{AnyVolume, BoundingKind, Volume},
 };
+
+/// The most corners that the hull of a mesh has as a [`bounding_volume`](TriangleMesh::bounding_volume).
+pub const HULL_CORNERS: usize = 24;
 
 /// A hit on one triangle of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,10 +184,23 @@ impl TriangleMesh {
         self.aabb
     }
 
-    /// A volume of some kind around all triangles; `None` if it would overflow.
+    /// The corners of all triangles that can be hit, in no promised order.
+    pub fn corners_of_all(&self) -> impl ExactSizeIterator<Item = [Vec3; 3]> + '_ {
+        self.triangles.iter().map(|triangle| triangle.corners)
+    }
+
+    /// A volume of some kind around everything that a ray can hit; `None` if it would overflow.
+    ///
+    /// A hull has up to [`HULL_CORNERS`] corners, and so may be larger than the convex hull: a test of a ray takes time
+    /// for each of its faces, which soon is more than the triangles take.
     pub fn bounding_volume(&self, kind: BoundingKind) -> Option<AnyVolume> {
-        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
-        kind.enclosing(corners.map(Vec3A::from)).ok()
+        let corners = self.corners_of_all().flatten().map(Vec3A::from);
+        let tight = match kind {
+            BoundingKind::Hull => ConvexHull::with_vertex_budget(corners, HULL_CORNERS).map(AnyVolume::Hull),
+            _ => kind.enclosing(corners),
+        };
+        let size = self.aabb.max - self.aabb.min;
+        Some(tight.ok()?.grown(size.max_element() * tolerance::TRIANGLE_BOX))
     }
 
     /// The nearest hit, found by a test of every triangle. Of triangles at one parameter the one with the smallest

@@ -168,7 +168,7 @@ impl WideNode {
             }
         }
         for lane in 0..LANES {
-            let (near, far) = SlabRay::widen(enter[lane], leave[lane]);
+            let (near, far) = ray.widen(enter[lane], leave[lane]);
             let hit = near <= far && near <= ray.t_max;
             enter[lane] = if hit { near } else { f32::INFINITY };
         }

@@ -5,13 +5,14 @@ use bevy::math::{
     bounding::{Aabb3d, BoundingSphere},
 };
 use bevy_sightline::geometry::{
+    convex_hull::ConvexHull,
     obb::Obb,
     ray::Ray,
     volume::{UnboundablePoints, Volume},
 };
 use proptest::prelude::*;
 
-use crate::properties::{affine, cases, point, points};
+use crate::properties::{affine, cases, direction, point, points};
 
 /// As [`points`], and also so small that products underflow, and so large that they overflow.
 pub fn ugly_points() -> impl Strategy<Value = Vec<Vec3A>> {
@@ -70,6 +71,20 @@ fn merged_contains_both<V: Volume>(a: &[Vec3A], b: &[Vec3A]) -> Result<(), TestC
     Ok(())
 }
 
+fn grown_contains_what_is_near<V: Volume>(points: &[Vec3A], along: Vec3A, amount: f32) -> Result<(), TestCaseError> {
+    let Ok(volume) = V::enclosing(points.iter().copied()) else {
+        return Ok(());
+    };
+    let grown = volume.grown(amount);
+    for &point in points {
+        let near = point + along * amount;
+        if near.as_dvec3().distance(point.as_dvec3()) <= f64::from(amount) {
+            prop_assert!(grown.contains_point(near), "{near:?}, near {point:?}, is outside");
+        }
+    }
+    Ok(())
+}
+
 fn image_contains_the_images<V: Volume>(points: &[Vec3A], transform: &Affine3A) -> Result<(), TestCaseError> {
     let Ok(volume) = V::enclosing(points.iter().copied()) else {
         return Ok(());
@@ -114,6 +129,15 @@ proptest! {
         contains_its_points::<BoundingSphere>(&points)?;
         contains_its_points::<Aabb3d>(&points)?;
         contains_its_points::<Obb>(&points)?;
+        contains_its_points::<ConvexHull>(&points)?;
+    }
+
+    #[test]
+    fn a_grown_volume_contains_what_is_near(points in ugly_points(), along in direction(), amount in point()) {
+        grown_contains_what_is_near::<BoundingSphere>(&points, along, amount.x.abs())?;
+        grown_contains_what_is_near::<Aabb3d>(&points, along, amount.x.abs())?;
+        grown_contains_what_is_near::<Obb>(&points, along, amount.x.abs())?;
+        grown_contains_what_is_near::<ConvexHull>(&points, along, amount.x.abs())?;
     }
 
     #[test]
@@ -121,6 +145,7 @@ proptest! {
         merged_contains_both::<BoundingSphere>(&a, &b)?;
         merged_contains_both::<Aabb3d>(&a, &b)?;
         merged_contains_both::<Obb>(&a, &b)?;
+        merged_contains_both::<ConvexHull>(&a, &b)?;
     }
 
     #[test]
@@ -128,6 +153,7 @@ proptest! {
         image_contains_the_images::<BoundingSphere>(&points, &transform)?;
         image_contains_the_images::<Aabb3d>(&points, &transform)?;
         image_contains_the_images::<Obb>(&points, &transform)?;
+        image_contains_the_images::<ConvexHull>(&points, &transform)?;
     }
 
     #[test]
@@ -149,6 +175,7 @@ proptest! {
         no_ray_slips_past::<BoundingSphere>(&points, &ray, f32::from(t))?;
         no_ray_slips_past::<Aabb3d>(&points, &ray, f32::from(t))?;
         no_ray_slips_past::<Obb>(&points, &ray, f32::from(t))?;
+        no_ray_slips_past::<ConvexHull>(&points, &ray, f32::from(t))?;
     }
 }
 
@@ -166,6 +193,7 @@ fn no_points_and_points_that_are_not_finite_are_refused_with_the_first_index() {
     refusals::<BoundingSphere>();
     refusals::<Aabb3d>();
     refusals::<Obb>();
+    refusals::<ConvexHull>();
 }
 
 #[test]
@@ -213,6 +241,7 @@ fn a_transform_that_overflows_or_is_no_number_makes_a_volume_without_end() {
     check::<BoundingSphere>();
     check::<Aabb3d>();
     check::<Obb>();
+    check::<ConvexHull>();
 }
 
 #[test]

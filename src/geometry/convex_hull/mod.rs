@@ -98,7 +98,8 @@ impl ConvexHull {
     }
 
     /// How far the hull reaches beyond what its corners span, in the units of its space: zero as long as it is built
-    /// from points, and afterwards the rounding that has added up, some units in the last place of the coordinates.
+    /// from points, and afterwards the rounding that has added up, some units in the last place of the coordinates, and
+    /// what it was [grown](Volume::grown) by.
     pub fn margin(&self) -> f32 {
         round_up(self.margin)
     }
@@ -232,6 +233,11 @@ impl Volume for ConvexHull {
         Self::spanned(&vertices, margin)
     }
 
+    /// The same corners with a larger margin.
+    fn grown(&self, amount: f32) -> Self {
+        Self::spanned(&self.vertices, self.reach() + f64::from(amount))
+    }
+
     /// Whether the point lies within the [margin](ConvexHull::margin) of what the corners span, up to the rounding of
     /// `f64`, and exactly inside where the hull is a solid without a margin. Tighter than the planes, at the same cost
     /// for points outside of these.
@@ -246,12 +252,12 @@ impl Volume for ConvexHull {
         ray.convex_hull_intersection_at(self)
     }
 
-    /// The box around the corners and the margin.
+    /// The box around the corners and the margin: infinite if that is.
     fn aabb(&self) -> Aabb3d {
         let (min, max) = (self.vertices.iter()).fold((Vec3A::MAX, Vec3A::MIN), |(min, max), &vertex| {
             (min.min(vertex), max.max(vertex))
         });
-        let outward = |bound: f32| round_up(f64::from(bound) + self.margin).min(f32::MAX);
+        let outward = |bound: f32| round_up(f64::from(bound) + self.margin);
         Aabb3d {
             min: -Vec3A::from_array((-min).to_array().map(outward)),
             max: Vec3A::from_array(max.to_array().map(outward)),

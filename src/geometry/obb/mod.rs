@@ -91,7 +91,7 @@ impl Obb {
         std::array::from_fn(|edge| {
             // Four edges along each axis, each from a corner without its bit to that with it.
             let (bit, place) = (1 << (edge / 4), edge % 4);
-            let from = place % bit | place / bit * bit * 2;
+            let from = (place % bit) | (place / bit * bit * 2);
             [corners[from], corners[from | bit]]
         })
     }
@@ -240,6 +240,12 @@ impl Volume for Obb {
     /// the axes at right angles: rotations, mirrors, uniform scales, and any scale along the axes of the box.
     fn transformed_by_affine(&self, transform: &Affine3A) -> Self {
         transform::transformed(self, transform)
+    }
+
+    fn grown(&self, amount: f32) -> Self {
+        // The axes are orthonormal up to rounding, and so are the slabs between them as wide as their half sizes.
+        let amount = f64::from(amount) * (1.0 + 4.0 * f64::from(f32::EPSILON));
+        Self::sound(self.center, self.half_size.as_dvec3() + amount, self.axes)
     }
 
     fn contains_point(&self, point: Vec3A) -> bool {

@@ -28,7 +28,7 @@ impl Ray {
             enter = if near > enter { near } else { enter };
             leave = if far < leave { far } else { leave };
         }
-        let (enter, leave) = SlabRay::widen(enter, leave);
+        let (enter, leave) = ray.widen(enter, leave);
         // Outside of such a slab the ray enters at infinity: hence the strict upper bound.
         (enter <= leave && enter <= ray.t_max && enter < f32::INFINITY).then_some(enter)
     }
@@ -60,9 +60,13 @@ pub(crate) struct SlabRay {
 }
 
 impl SlabRay {
-    /// Moves the two ends of the interval in a box outward by their rounding.
+    /// Moves the two ends of the interval in a box outward by their rounding, but not to before the start of the ray.
     #[inline]
-    pub(crate) fn widen(enter: f32, leave: f32) -> (f32, f32) {
-        (enter * (1.0 - tolerance::SLAB), leave * (1.0 + tolerance::SLAB))
+    pub(crate) fn widen(&self, enter: f32, leave: f32) -> (f32, f32) {
+        let enter = enter * (1.0 - tolerance::SLAB);
+        (
+            if enter > self.t_min { enter } else { self.t_min },
+            leave * (1.0 + tolerance::SLAB),
+        )
     }
 }

@@ -104,7 +104,7 @@ impl TriangleRay {
         let (u, v, w) = (u * recip, v * recip, w * recip);
         let depth = u * f64::from(a[self.kz]) + v * f64::from(b[self.kz]) + w * f64::from(c[self.kz]);
         let t = (depth * f64::from(self.sz)) as f32;
-        (t >= self.t_min && t <= t_max).then_some(TriangleIntersection {
+        (t >= self.t_min && t <= t_max && t < f32::INFINITY).then_some(TriangleIntersection {
             t,
             barycentrics: Vec3::new(u as f32, v as f32, w as f32),
         })

@@ -76,6 +76,17 @@ impl AnyVolume {
         }
     }
 
+    /// As [`Volume::grown`]; of the same kind.
+    #[must_use]
+    pub fn grown(&self, amount: f32) -> Self {
+        match self {
+            Self::Sphere(sphere) => Self::Sphere(sphere.grown(amount)),
+            Self::Aabb(aabb) => Self::Aabb(aabb.grown(amount)),
+            Self::Obb(obb) => Self::Obb(obb.grown(amount)),
+            Self::Hull(hull) => Self::Hull(hull.grown(amount)),
+        }
+    }
+
     /// As [`Volume::contains_point`].
     pub fn contains_point(&self, point: Vec3A) -> bool {
         match self {

@@ -36,6 +36,10 @@ pub trait Volume: Sized {
     /// flatten.
     fn transformed_by_affine(&self, transform: &Affine3A) -> Self;
 
+    /// A volume of this kind around everything within `amount` of this one, in the units of its space. `amount` must not
+    /// be negative or NaN.
+    fn grown(&self, amount: f32) -> Self;
+
     /// Whether the volume contains the point, boundary included. Conservative: true of every point that the exact
     /// volume contains, and possibly of one that is outside by rounding.
     fn contains_point(&self, point: Vec3A) -> bool;
