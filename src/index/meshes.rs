@@ -13,7 +13,7 @@ use crate::{geometry::volume::BoundingKind, mesh::TriangleMesh};
 
 /// The bounding volume hierarchies of all meshes that indexed entities use or have used, by asset.
 ///
-/// They are built on the [`AsyncComputeTaskPool`], rebuilt when the asset changes, and dropped with it; one that no
+/// They are built on the [`AsyncComputeTaskPool`](bevy::tasks::AsyncComputeTaskPool), rebuilt when the asset changes, and dropped with it; one that no
 /// entity uses any more is dropped when the asset changes. While one is being built, rays test every triangle of the
 /// mesh instead: the answers are the same, only slower.
 #[derive(Resource, Debug)]

@@ -94,7 +94,7 @@ fn rays() -> Vec<(Ray, query::Ray)> {
 }
 
 /// How many answers differ.
-fn differences(ours: &Vec<Option<f32>>, peers: &Vec<Option<f32>>) -> (usize, usize) {
+fn differences(ours: &[Option<f32>], peers: &[Option<f32>]) -> (usize, usize) {
     let same = |pair: (&Option<f32>, &Option<f32>)| match pair {
         (Some(a), Some(b)) => (a - b).abs() <= SAME * a.abs().max(b.abs()),
         (a, b) => a.is_none() && b.is_none(),
@@ -118,7 +118,7 @@ fn ray_case(case: &str, rounds: usize, ours: impl Fn(&Ray) -> Option<f32>, peer:
             let rays = &rays[turn(rays, round)];
             time(|| rays.iter().map(|(_, ray)| peer(ray)).collect::<Vec<_>>())
         },
-        differences,
+        |ours, peers| differences(ours, peers),
     );
 }
 
