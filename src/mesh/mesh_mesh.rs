@@ -3,9 +3,12 @@
 //! Source: Ericson, *Real-Time Collision Detection*, 2005, §6.3; Gottschalk, Lin and Manocha, *OBBTree*, 1996, for the
 //! descent in the space of one of the two.
 
-use std::{borrow::Cow, ops::ControlFlow};
+use std::{
+    borrow::Cow,
+    ops::{ControlFlow, Range},
+};
 
-use bevy::math::{Affine3A, DAffine3, DVec3, Vec3, bounding::Aabb3d};
+use bevy::math::{Affine3A, DAffine3, DVec3, Vec3A, bounding::Aabb3d};
 use smallvec::{SmallVec, smallvec};
 
 use super::{
@@ -14,6 +17,7 @@ use super::{
 };
 use crate::{
     geometry::{
+        tolerance,
         triangle_triangle::{self, TriangleContact},
         volume::Volume,
     },
@@ -115,6 +119,8 @@ struct Side<'a> {
 struct Placement {
     exact: DAffine3,
     of_boxes: Affine3A,
+    /// How far `of_boxes` may take a point of the mesh from where `exact` takes it.
+    rounding: Vec3A,
 }
 
 /// What a step of the descent compares: with its box, in the space of the descent.
@@ -131,10 +137,19 @@ enum Content {
 }
 
 impl Placement {
-    fn new(exact: DAffine3) -> Self {
+    fn new(exact: DAffine3, triangles: &TriangleMesh) -> Self {
+        let of_boxes = exact.as_affine3a();
+        let Aabb3d { min, max } = triangles.aabb();
+        let reach = min.abs().max(max.abs());
+        let matrix = of_boxes.matrix3;
+        let magnitude = matrix.x_axis.abs() * reach.x
+            + matrix.y_axis.abs() * reach.y
+            + matrix.z_axis.abs() * reach.z
+            + of_boxes.translation.abs();
         Self {
             exact,
-            of_boxes: exact.as_affine3a(),
+            of_boxes,
+            rounding: magnitude * tolerance::BOX_TRANSFORM + tolerance::UNDERFLOW,
         }
     }
 }
@@ -153,13 +168,13 @@ impl<'a> Descent<'a> {
         if a_from_b.as_affine3a().is_finite() {
             Self {
                 a: side(a, None),
-                b: side(b, Some(Placement::new(a_from_b))),
+                b: side(b, Some(Placement::new(a_from_b, b.triangles))),
                 world_from_descent: world_from_a,
             }
         } else {
             Self {
-                a: side(a, Some(Placement::new(world_from_a))),
-                b: side(b, Some(Placement::new(world_from_b))),
+                a: side(a, Some(Placement::new(world_from_a, a.triangles))),
+                b: side(b, Some(Placement::new(world_from_b, b.triangles))),
                 world_from_descent: DAffine3::IDENTITY,
             }
         }
@@ -167,6 +182,9 @@ impl<'a> Descent<'a> {
 
     /// Visits the touching pairs of triangles below two parts.
     fn descend(&self, a: Part, b: Part, visit: &mut impl FnMut(&TrianglePair) -> ControlFlow<()>) -> ControlFlow<()> {
+        if !touch(&a.aabb, &b.aabb) {
+            return ControlFlow::Continue(());
+        }
         let mut stack: SmallVec<[(Part, Part); 64]> = smallvec![(a, b)];
         while let Some((a, b)) = stack.pop() {
             match (a.content, b.content) {
@@ -189,13 +207,18 @@ impl<'a> Descent<'a> {
                         end: end_b,
                     },
                 ) => {
-                    let of_b: SmallVec<[_; LEAF_SIZE]> = (first_b..end_b).map(|slot| self.b.triangle(slot)).collect();
-                    for (number_a, a) in (first..end).map(|slot| self.a.triangle(slot)) {
-                        for &(number_b, b) in &of_b {
-                            if triangle_triangle::intersect_by_intervals(a, b) {
+                    let of_b: SmallVec<[_; LEAF_SIZE]> = self.b.triangles_touching(first_b..end_b, &a.aabb).collect();
+                    if of_b.is_empty() {
+                        continue;
+                    }
+                    for (slot_a, box_a) in self.a.triangles_touching(first..end, &b.aabb) {
+                        let touching_a = of_b.iter().filter(|(_, box_b)| touch(&box_a, box_b));
+                        for &(slot_b, _) in touching_a {
+                            let corners = [self.a.corners(slot_a), self.b.corners(slot_b)];
+                            if triangle_triangle::intersect_by_intervals(corners[0], corners[1]) {
                                 visit(&TrianglePair {
-                                    triangles: [number_a, number_b],
-                                    corners: [a, b],
+                                    triangles: [self.a.triangles.number(slot_a), self.b.triangles.number(slot_b)],
+                                    corners,
                                     world_from_descent: self.world_from_descent,
                                 })?;
                             }
@@ -246,15 +269,46 @@ impl Side<'_> {
         }
     }
 
-    /// The number and the corners of a triangle, in the space of the descent.
-    fn triangle(&self, slot: u32) -> (u32, [DVec3; 3]) {
-        let corners = self.triangles.corners(slot).map(|corner| Vec3::from(corner).as_dvec3());
-        let placed = match &self.placement {
+    /// The slots and the boxes, in the space of the descent, of those triangles whose boxes touch `aabb`.
+    fn triangles_touching<'b>(
+        &'b self,
+        slots: Range<u32>,
+        aabb: &'b Aabb3d,
+    ) -> impl Iterator<Item = (u32, Aabb3d)> + 'b {
+        let boxes = slots.map(|slot| (slot, self.triangle_box(slot)));
+        boxes.filter(|(_, triangle)| touch(triangle, aabb))
+    }
+
+    /// The box of a triangle in the space of the descent.
+    #[inline]
+    fn triangle_box(&self, slot: u32) -> Aabb3d {
+        let corners = self.triangles.corners(slot);
+        let around = |[a, b, c]: [Vec3A; 3], slack| Aabb3d {
+            min: a.min(b).min(c) - slack,
+            max: a.max(b).max(c) + slack,
+        };
+        match &self.placement {
+            None => around(corners, Vec3A::ZERO),
+            Some(Placement { of_boxes, rounding, .. }) => {
+                around(corners.map(|corner| of_boxes.transform_point3a(corner)), *rounding)
+            }
+        }
+    }
+
+    /// The corners of a triangle in the space of the descent.
+    #[inline]
+    fn corners(&self, slot: u32) -> [DVec3; 3] {
+        let corners = self.triangles.corners(slot).map(Vec3A::as_dvec3);
+        match &self.placement {
             None => corners,
             Some(placement) => corners.map(|corner| placement.exact.transform_point3(corner)),
-        };
-        (self.triangles.number(slot), placed)
+        }
     }
+}
+
+#[inline]
+fn touch(a: &Aabb3d, b: &Aabb3d) -> bool {
+    a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
 }
 
 impl Part {

@@ -23,6 +23,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     Effort,
     compare::{compare, time},
+    mesh_mesh,
 };
 
 const PEER: &str = "parry3d 0.31.1";
@@ -66,6 +67,7 @@ pub(crate) fn run(effort: Effort) {
     }
     triangle_pairs("triangle-triangle", rounds, 1.3);
     triangle_pairs("triangle-triangle-apart", rounds, 6.0);
+    mesh_mesh::run(effort);
 }
 
 fn to_parry(v: Vec3) -> Vector {

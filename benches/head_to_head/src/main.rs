@@ -18,6 +18,7 @@
 mod bounding;
 mod compare;
 mod geometry;
+mod mesh_mesh;
 mod picking;
 
 use std::process::ExitCode;
