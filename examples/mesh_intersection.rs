@@ -56,6 +56,10 @@ fn main() -> AppExit {
     ))
     .init_resource::<Meeting>()
     .insert_resource(ClearColor(SKY.into()))
+    .insert_resource(GlobalAmbientLight {
+        brightness: 700.0,
+        ..default()
+    })
     .add_systems(Startup, set_up)
     .add_systems(PostUpdate, meet.after(SpatialIndexSystems::Sync));
     if !headless {
@@ -84,7 +88,7 @@ fn set_up(
 ) {
     commands.spawn((
         Camera3d::default(),
-        Transform::from_xyz(-2.9, 4.0, 7.6).looking_at(Vec3::new(0.0, 2.45, 0.0), Vec3::Y),
+        Transform::from_xyz(-3.2, 4.2, 8.4).looking_at(Vec3::new(0.0, 2.75, 0.0), Vec3::Y),
     ));
     commands.spawn((
         DirectionalLight {

@@ -55,6 +55,10 @@ pub fn plugin(app: &mut App) {
     app.init_resource::<Subject>()
         .insert_resource(Angle(0.5))
         .insert_resource(ClearColor(SKY.into()))
+        .insert_resource(GlobalAmbientLight {
+            brightness: 700.0,
+            ..default()
+        })
         .add_systems(Startup, (gather, set_up).chain())
         .add_systems(Update, (show, measure, turn).chain());
 }
