@@ -13,7 +13,7 @@
 //!         |   /
 //!      spatial                   structures over boxes, generic over a key
 //!         |
-//!     geometry                   boxes, rays, triangles
+//!     geometry                   bounding volumes, surfaces, rays, tests between shapes
 //!         |
 //!   bevy_math, glam
 //! ```

@@ -1,4 +1,14 @@
-//! Geometry without an ECS: bounding volumes and the tests between rays, boxes and triangles.
+//! Geometry without an ECS: bounding volumes, surfaces, and the tests between rays and shapes.
+//!
+//! | for | see |
+//! |---|---|
+//! | what is around something | [`volume`]: the trait [`Volume`](volume::Volume), and which of [spheres](bounding_sphere), [boxes](aabb), [oriented boxes](obb) and [convex hulls](convex_hull) to choose |
+//! | boxes of Bevy's primitives under any transform | [`primitive_bounds`] |
+//! | what a ray hits | [`ray`], [`surface`]: primitives, groups, bounded surfaces |
+//! | whether two shapes touch, or one contains the other | [`intersection`]: the table of all pairs |
+//! | where two triangles meet | [`triangle_triangle`] |
+//! | how far and where | [`closest_point`], [`intersection::gjk`] |
+//! | when a moving shape touches another | [`sweep`] |
 //!
 //! # Conventions
 //!

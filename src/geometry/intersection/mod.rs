@@ -20,7 +20,7 @@
 //! | **`Obb`**    | D     | D   | D       | S      | A        | A     | G    | D       | A        |
 //! | **hull**     | P     | P   | P       | G      | G        | G     | G    | P       | G        |
 //! | **frustum**  | E     | D   | D       | D      | D        | D     | P    | D       | D        |
-//! | **triangle** | E     | E   | E       | D      | A        | A     | G    | D       | G        |
+//! | **triangle** | E     | E   | E       | D      | A        | A     | G    | D       | E        |
 //!
 //! - **E: exact.** By the signs of sums and determinants, without rounding. Of rays, the origin and the direction are
 //!   exact where the coordinates of the origin and the direction are within a factor of 2²⁸ of each other; the ends that
