@@ -13,17 +13,17 @@ use crate::geometry::{convex_hull::ConvexHull, obb::Obb, ray::Ray};
 
 /// A kind of bounding volume.
 ///
-/// What each is worth, measured on one core of an AMD EPYC: the time of its ray test, the area of it on average over eight
+/// What each is worth, measured on one core of an AMD EPYC: the time of its ray test, the area of it on average over seven
 /// models and six primitives as a multiple of that of the hull (how many more rays enter it in vain), and how many times
 /// faster rays through the axis-aligned box of a mesh become when it is tested before the triangles.
 ///
 /// | | a ray | area | ball | ring, tilted | box, tilted | rod, tilted |
 /// |---|---|---|---|---|---|---|
-/// | `Sphere` | 8 ns | 2.8 | 1.15 | 0.97 | 0.97 | 0.97 |
-/// | `Aabb` | 4 ns | 1.8 | 1 | 1 | 1 | 1 |
+/// | `Sphere` | 8 ns | 2.9 | 1.15 | 0.97 | 0.97 | 0.97 |
+/// | `Aabb` | 4 ns | 1.9 | 1 | 1 | 1 | 1 |
 /// | `Obb` | 10 ns | 1.5 | 0.96 | 0.97 | 1.54 | 4.6 |
 /// | `Hull`, of 8 to 128 corners | 43 to 260 ns | 1 | 0.05 | 0.48 | 1.5 | 5.0 |
-/// | `Hull` of 24 corners at most | 65 ns | | 0.95 | 0.95 | 1.5 | 4.6 |
+/// | `Hull` of 24 corners at most | | | 0.95 | 0.95 | 1.5 | 4.6 |
 ///
 /// Most models are made along the axes of their space: there the box is as tight as any, costs least, and is the one that
 /// a hierarchy of triangles has at its root anyway. So it is the default, and the oriented box is for what is long and
