@@ -41,6 +41,11 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 pub mod prelude {
     pub use crate::{
         SightlinePlugins,
+        geometry::{
+            surface::{BoundedSurface, Surface, SurfaceGroup},
+            triangle_triangle::TriangleContact,
+            volume::BoundingKind,
+        },
         index::{
             Backfaces, BoundedBy, HitTriangle, MeshContact, NoSpatialIndex, PickShape, QueryVisibility, RayHit,
             SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems,

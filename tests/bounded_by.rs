@@ -1,7 +1,11 @@
 //! The bounding volume that guards the triangles of an entity.
 
 use bevy::prelude::*;
-use bevy_sightline::{geometry::volume::BoundingKind, index::MeshBvhs, prelude::*};
+use bevy_sightline::{
+    index::{MeshBvhs, RayCastBackfaces},
+    prelude::*,
+};
+use rand::Rng;
 
 use crate::common::*;
 
@@ -29,6 +33,35 @@ fn the_kind_of_volume_changes_no_hit() {
             std::iter::repeat_with(|| ray_towards(*random_dir(&mut rng) * 5.0, random_point(&mut rng, 1.0)))
                 .take(2000)
                 .collect();
+        let plain: Vec<Option<RayHit>> = rays.iter().map(|ray| cast(&mut app, *ray)).collect();
+        assert!(plain.iter().flatten().count() > 100);
+        for kind in KINDS {
+            app.world_mut().entity_mut(entity).insert(BoundedBy(kind));
+            settle(&mut app);
+            let bounded: Vec<Option<RayHit>> = rays.iter().map(|ray| cast(&mut app, *ray)).collect();
+            assert_eq!(bounded, plain, "{kind:?}");
+        }
+    }
+}
+
+#[test]
+fn rays_from_afar_at_the_rim_of_a_mesh_hit_alike_with_every_kind() {
+    let mut rng = rng(6);
+    for _ in 0..20 {
+        let corners: [Vec3; 3] = std::array::from_fn(|_| random_point(&mut rng, 1.0));
+        let mut app = headless_app();
+        let mesh = Triangle3d::new(corners[0], corners[1], corners[2]);
+        let entity = spawn_mesh(&mut app, mesh, Transform::IDENTITY);
+        app.world_mut().entity_mut(entity).insert(RayCastBackfaces);
+        settle(&mut app);
+        let rays: Vec<Ray3d> = (0..600)
+            .map(|i| {
+                let distance = [10.0, 100.0, 1e3, 1e6][i % 4];
+                let along = [0.0, 0.5, rng.random_range(0.0..1.0)][i % 3];
+                let target = corners[i % 3].lerp(corners[(i + 1) % 3], along);
+                ray_towards(target + *random_dir(&mut rng) * distance, target)
+            })
+            .collect();
         let plain: Vec<Option<RayHit>> = rays.iter().map(|ray| cast(&mut app, *ray)).collect();
         assert!(plain.iter().flatten().count() > 100);
         for kind in KINDS {

@@ -8,10 +8,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_sightline::{
-    geometry::{
-        ray::Ray,
-        surface::{BoundedSurface, Surface, SurfaceGroup, SurfaceHit},
-    },
+    geometry::{ray::Ray, surface::SurfaceHit},
     index::{RayCastBackfaces, Refusal},
     prelude::*,
 };
@@ -161,7 +158,7 @@ impl Surface for Card {
         Some(self.aabb)
     }
 
-    fn closest_hit(&self, ray: &Ray, _: bevy_sightline::index::Backfaces) -> Option<SurfaceHit> {
+    fn closest_hit(&self, ray: &Ray, _: Backfaces) -> Option<SurfaceHit> {
         let t = -ray.origin().z / ray.direction().z;
         let point = ray.at(t);
         let within = t >= ray.t_min() && t <= ray.t_max() && point.abs().max_element() <= 0.5;
@@ -266,4 +263,53 @@ fn rays_find_among_many_shapes_what_a_scan_of_all_finds() {
         hits += usize::from(found.is_some());
     }
     assert!(hits > 500, "only {hits} rays hit anything");
+}
+
+#[test]
+fn a_shape_without_anything_else_has_a_place() {
+    let mut app = server();
+    let entity = app.world_mut().spawn(PickShape::new(Sphere::new(1.0))).id();
+    app.update();
+    assert!(index(&app).contains(entity));
+}
+
+#[test]
+fn a_shape_that_is_not_drawn_is_in_view_unless_it_is_hidden() {
+    let mut app = headless_app();
+    let entity = spawn(&mut app, Sphere::new(1.0), Transform::IDENTITY);
+    let is_hit = |app: &mut App| {
+        let settings = SceneQuerySettings::default().with_visibility(QueryVisibility::VisibleInView);
+        query(app, move |scene| {
+            scene.any_hit(Ray3d::new(Vec3::Z * 9.0, Dir3::NEG_Z), &settings)
+        })
+    };
+    assert!(is_hit(&mut app));
+    app.world_mut().entity_mut(entity).insert(Visibility::Hidden);
+    app.update();
+    assert!(!is_hit(&mut app));
+}
+
+/// A surface that claims to be hit at any parameter.
+struct Liar(f32);
+
+impl Surface for Liar {
+    fn aabb(&self) -> Option<Aabb3d> {
+        Some(Aabb3d::new(Vec3::ZERO, Vec3::ONE))
+    }
+
+    fn closest_hit(&self, _: &Ray, _: Backfaces) -> Option<SurfaceHit> {
+        Some(SurfaceHit::new(self.0, Vec3::Z, Vec2::ZERO))
+    }
+}
+
+#[test]
+fn a_custom_surface_that_is_hit_where_the_ray_is_not_is_not_hit() {
+    for t in [f32::NAN, -1.0, f32::INFINITY] {
+        let mut app = headless_app();
+        let mut group = SurfaceGroup::new();
+        group.push(Liar(t));
+        spawn(&mut app, group, Transform::IDENTITY);
+        spawn(&mut app, Liar(t), Transform::IDENTITY);
+        assert_eq!(hit_at(&mut app, Vec3::ZERO), None, "{t}");
+    }
 }

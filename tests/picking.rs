@@ -167,6 +167,15 @@ fn on_screen(app: &App, camera: Entity, point: Vec3) -> Vec2 {
 // --- Events ---
 
 #[test]
+fn a_pointer_picks_a_shape_without_a_mesh() {
+    let (mut app, _) = app_with_camera();
+    let shape = app.world_mut().spawn(PickShape::new(Sphere::new(1.0))).id();
+    app.update();
+    assert_eq!(hovered_at(&mut app, MIDDLE), [shape]);
+    assert_eq!(hovered_at(&mut app, ASIDE), []);
+}
+
+#[test]
 fn a_pointer_goes_over_an_entity_and_out_again() {
     let (mut app, _) = app_with_camera();
     let cube = spawn_cube(&mut app, Vec3::ZERO);

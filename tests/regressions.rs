@@ -1,15 +1,27 @@
 //! Bugs that were, each as the shortest test that failed for it.
 
 use bevy::{
-    math::{Vec3A, bounding::Aabb3d},
+    asset::RenderAssetUsages,
+    math::{
+        Affine3A, DVec3, Vec3A,
+        bounding::{Aabb3d, BoundingSphere},
+    },
+    mesh::PrimitiveTopology,
     prelude::*,
 };
 use bevy_sightline::{
-    geometry::ray::{
-        Ray,
-        triangle::{Backfaces, TriangleRay},
+    geometry::{
+        convex_hull::ConvexHull,
+        intersection::{Contains, Intersects},
+        obb::Obb,
+        ray::{
+            Ray,
+            triangle::{Backfaces, TriangleRay},
+        },
+        support::Support,
+        volume::Volume,
     },
-    mesh::{MeshBvh, TriangleMesh},
+    mesh::{MeshBvh, PlacedMesh, TriangleMesh},
     prelude::*,
     spatial::AabbTree,
 };
@@ -150,11 +162,11 @@ fn mesh_assets_without_their_messages_do_no_harm() {
 
 #[test]
 fn a_ray_too_slow_to_arrive_hits_no_triangle_at_infinity() {
-    let ray = Ray::new(Vec3A::ZERO, Vec3A::Z * 1e-42, f32::INFINITY).expect("a sound ray");
+    let ray = Ray::new(Vec3A::ZERO, Vec3A::Z * 2e-38, f32::INFINITY).expect("a sound ray");
     let triangle = [
-        Vec3A::new(-1.0, -1.0, 1.0),
-        Vec3A::new(1.0, -1.0, 1.0),
-        Vec3A::new(0.0, 1.0, 1.0),
+        Vec3A::new(-1.0, -1.0, 100.0),
+        Vec3A::new(1.0, -1.0, 100.0),
+        Vec3A::new(0.0, 1.0, 100.0),
     ];
     let hit = TriangleRay::new(&ray).triangle_intersection(triangle, f32::INFINITY, Backfaces::Include);
     assert_eq!(hit, None);
@@ -165,4 +177,82 @@ fn a_ray_that_begins_inside_a_box_after_its_origin_enters_it_there() {
     let unit = Aabb3d::new(Vec3A::ZERO, Vec3A::ONE);
     let ray = Ray::new(Vec3A::ZERO, Vec3A::X, f32::INFINITY).expect("a sound ray");
     assert_eq!(ray.with_interval(0.3, 9.0).aabb_intersection_at(&unit), Some(0.3));
+}
+
+#[test]
+fn a_grown_hull_is_not_contained_in_what_contains_its_corners() {
+    let corners = [Vec3A::ZERO, Vec3A::X, Vec3A::Y, Vec3A::Z];
+    let hull = ConvexHull::enclosing(corners).expect("finite");
+    let grown = hull.grown(1.0);
+    let around_corners = Aabb3d::new(Vec3A::splat(0.5), Vec3A::splat(0.6));
+    assert!(around_corners.contains(&hull));
+    assert!(!around_corners.contains(&grown) && !hull.contains(&grown));
+    assert!(Aabb3d::new(Vec3A::splat(0.5), Vec3A::splat(1.6)).contains(&grown));
+}
+
+#[test]
+fn an_empty_member_does_not_make_a_group_endless() {
+    let mut group = SurfaceGroup::new();
+    group.push(SurfaceGroup::new());
+    assert!(group.is_empty() && group.aabb().is_none());
+    group.push(bevy::math::primitives::Sphere::new(1.0));
+    group.push(SurfaceGroup::new());
+    assert_eq!(group.aabb(), Some(Aabb3d::new(Vec3A::ZERO, Vec3A::ONE)));
+}
+
+#[test]
+fn a_volume_without_end_touches_everything() {
+    let corners = [Vec3A::NEG_ONE, Vec3A::ONE, Vec3A::X];
+    let overflow = Affine3A::from_scale(Vec3::splat(f32::INFINITY));
+    let sphere = BoundingSphere::enclosing(corners)
+        .expect("finite")
+        .transformed_by_affine(&overflow);
+    let aabb = Aabb3d::enclosing(corners)
+        .expect("finite")
+        .transformed_by_affine(&overflow);
+    let obb = Obb::enclosing(corners)
+        .expect("finite")
+        .transformed_by_affine(&overflow);
+    let hull = ConvexHull::enclosing(corners)
+        .expect("finite")
+        .transformed_by_affine(&overflow);
+    let triangle = Triangle3d::new(Vec3::splat(5.0), Vec3::new(6.0, 5.0, 5.0), Vec3::new(5.0, 6.0, 5.0));
+    let small = Aabb3d::new(Vec3A::splat(9.0), Vec3A::ONE);
+    let turned = Obb::new(Vec3A::splat(9.0), Vec3A::ONE, Quat::from_rotation_y(0.3)).expect("a sound box");
+    assert!(sphere.intersects(&Vec3A::ONE) && sphere.intersects(&small) && sphere.intersects(&turned));
+    assert!(aabb.intersects(&small) && aabb.intersects(&turned) && aabb.intersects(&triangle));
+    assert!(obb.intersects(&small) && obb.intersects(&turned) && obb.intersects(&triangle));
+    assert!(hull.intersects(&small) && hull.intersects(&turned) && hull.intersects(&triangle));
+}
+
+#[test]
+fn a_direction_that_has_no_reciprocal_is_refused() {
+    assert_eq!(Ray::new(Vec3A::ZERO, Vec3A::X * 1e-40, f32::INFINITY), None);
+    assert_eq!(Ray::segment(Vec3::ZERO, Vec3::new(1e-40, 1e-41, 0.0)), None);
+    let ray = Ray::new(Vec3A::ZERO, Vec3A::new(1.0, 1e-40, 0.0), f32::INFINITY).expect("a sound ray");
+    assert_eq!(ray.direction(), Vec3A::X);
+}
+
+#[test]
+fn a_sphere_has_a_farthest_point_along_directions_of_any_length() {
+    let sphere = BoundingSphere::new(Vec3A::X, 2.0);
+    for length in [1e-300, 1e-170, 1.0, 1e200] {
+        assert_eq!(sphere.support_point(DVec3::X * length), DVec3::X * 3.0);
+    }
+}
+
+#[test]
+fn a_tiny_mesh_touches_a_huge_one_whichever_is_asked() {
+    let triangle = |corners: [[f32; 3]; 3]| {
+        let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
+        let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec());
+        MeshBvh::build(&TriangleMesh::from_mesh(&mesh).expect("one triangle"))
+    };
+    let upright = triangle([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]]);
+    let lying = triangle([[-1e3, 0.0, -1e3], [1e3, 0.0, -1e3], [0.0, 0.0, 1e3]]);
+    let big = PlacedMesh::new(&lying, Affine3A::IDENTITY);
+    for scale in [1e-20, 1e-30, 1e-33, 1e-36, 1e-38] {
+        let small = PlacedMesh::new(&upright, Affine3A::from_scale(Vec3::splat(scale)));
+        assert!(small.intersects(&big) && big.intersects(&small), "{scale:e}");
+    }
 }

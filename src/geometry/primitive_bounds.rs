@@ -9,13 +9,13 @@
 use bevy::math::{
     DQuat, DVec2, DVec3, Quat, Vec2, Vec3,
     primitives::{
-        Annulus, Capsule2d, Capsule3d, Circle, Cone, ConicalFrustum, Cuboid, Cylinder, Ellipse, Extrusion, Plane3d,
-        Polygon, Polyline2d, Polyline3d, Primitive2d, Rectangle, RegularPolygon, Rhombus, Ring, Segment2d, Sphere,
-        Tetrahedron, Torus, Triangle2d,
+        Annulus, Arc2d, Capsule2d, Capsule3d, Circle, CircularSector, CircularSegment, Cone, ConicalFrustum,
+        ConvexPolygon, Cuboid, Cylinder, Ellipse, Extrusion, Plane3d, Polygon, Polyline2d, Polyline3d, Primitive2d,
+        Rectangle, RegularPolygon, Rhombus, Ring, Segment2d, Sphere, Tetrahedron, Torus, Triangle2d,
     },
 };
 
-use super::support::Support;
+use super::support::{Support, unit};
 
 impl Support for Sphere {
     fn support_point(&self, direction: DVec3) -> DVec3 {
@@ -154,6 +154,24 @@ impl Support2d for Triangle2d {
     }
 }
 
+impl Support2d for CircularSector {
+    fn support_point_2d(&self, direction: DVec2) -> DVec2 {
+        farthest_2d([arc(self.arc, direction), DVec2::ZERO], direction)
+    }
+}
+
+impl Support2d for CircularSegment {
+    fn support_point_2d(&self, direction: DVec2) -> DVec2 {
+        arc(self.arc, direction)
+    }
+}
+
+impl Support2d for ConvexPolygon {
+    fn support_point_2d(&self, direction: DVec2) -> DVec2 {
+        farthest_2d(self.vertices().iter().map(|vertex| vertex.as_dvec2()), direction)
+    }
+}
+
 /// NaN if it has no vertices.
 impl Support2d for Polyline2d {
     fn support_point_2d(&self, direction: DVec2) -> DVec2 {
@@ -179,6 +197,18 @@ impl<Outer: Support2d + Primitive2d> Support2d for Ring<Outer> {
     fn support_point_2d(&self, direction: DVec2) -> DVec2 {
         self.outer_shape.support_point_2d(direction)
     }
+}
+
+/// The farthest point of an arc around the origin that reaches equally far to either side of the +y axis.
+fn arc(arc: Arc2d, direction: DVec2) -> DVec2 {
+    let (radius, half_angle) = (f64::from(arc.radius).abs(), f64::from(arc.half_angle).abs());
+    let (sin, cos) = half_angle.min(std::f64::consts::PI).sin_cos();
+    let toward = unit_2d(direction);
+    if toward.y >= cos {
+        return toward * radius;
+    }
+    let ends = [DVec2::new(sin, cos), DVec2::new(-sin, cos)];
+    farthest_2d(ends.map(|end| end * radius), direction)
 }
 
 /// The farthest point of a disc around the y axis.
@@ -215,11 +245,6 @@ fn farthest(points: impl IntoIterator<Item = DVec3>, direction: DVec3) -> DVec3 
 fn farthest_2d(points: impl IntoIterator<Item = DVec2>, direction: DVec2) -> DVec2 {
     let points = points.into_iter().map(|point| point.extend(0.0));
     farthest(points, direction.extend(0.0)).truncate()
-}
-
-/// The vector at unit length, however short or long; zero where that is zero.
-fn unit(vector: DVec3) -> DVec3 {
-    (vector / vector.abs().max_element()).normalize_or_zero()
 }
 
 fn unit_2d(vector: DVec2) -> DVec2 {

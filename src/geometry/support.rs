@@ -46,7 +46,7 @@ impl Support for Triangle3d {
 
 impl Support for BoundingSphere {
     fn support_point(&self, direction: DVec3) -> DVec3 {
-        self.center.as_dvec3() + direction.normalize() * f64::from(self.radius())
+        self.center.as_dvec3() + unit(direction) * f64::from(self.radius())
     }
 }
 
@@ -67,9 +67,14 @@ impl Support for ConvexHull {
         let corner = farthest(self.vertices().iter().map(|vertex| vertex.as_dvec3()), direction);
         match self.margin() {
             0.0 => corner,
-            margin => corner + direction.normalize_or_zero() * f64::from(margin),
+            margin => corner + unit(direction) * f64::from(margin),
         }
     }
+}
+
+/// The vector at unit length, or zero if that is zero. In two steps, because squares overflow and underflow.
+pub(crate) fn unit(vector: DVec3) -> DVec3 {
+    (vector / vector.abs().max_element()).normalize_or_zero()
 }
 
 /// The point that is farthest along `direction`; the origin if there are none.

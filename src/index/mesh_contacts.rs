@@ -9,6 +9,7 @@ use crate::{geometry::triangle_triangle::TriangleContact, mesh::PlacedMesh, spat
 
 /// Two triangles of two entities that touch.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MeshContact {
     /// Their numbers in the meshes of the first and of the second entity.
     pub triangles: [u32; 2],
@@ -17,7 +18,7 @@ pub struct MeshContact {
 }
 
 /// Mesh against mesh. Surfaces are compared, not solids: a mesh that floats inside another does not touch it. The mesh of
-/// an entity is that which rays hit: see [`crate::index`]; one without a mesh touches nothing.
+/// an entity is that which rays hit: see [`crate::index`]; one without a mesh touches nothing. Every mesh touches itself.
 impl SceneQuery<'_, '_> {
     /// Whether the meshes of two entities touch. Exact up to the rounding of their transforms: see
     /// [`PlacedMesh::visit_touching`].

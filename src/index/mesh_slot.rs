@@ -16,7 +16,8 @@ use super::{meshes::MeshStatus, spatial_index::PlacedSurface};
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
-        volume::{AnyVolume, BoundingKind},
+        tolerance,
+        volume::{AnyVolume, BoundingKind, Volume},
     },
     mesh::{MeshBvh, PlacedMesh, TriangleHit, TriangleMesh},
 };
@@ -191,7 +192,24 @@ impl MeshSlot {
     fn misses(&self, bounded_by: BoundingKind, local: &Ray) -> bool {
         let mut volumes = self.volumes.iter();
         let volume = volumes.find(|(kind, _)| *kind == bounded_by);
-        matches!(volume, Some((_, VolumeState::Ready(Some(volume)))) if volume.ray_intersection_at(local).is_none())
+        let Some((_, VolumeState::Ready(Some(volume)))) = volume else {
+            return false;
+        };
+        // Triangles are tested in single precision, and hit by rays that pass them by so much. The tests of the other
+        // volumes, in single precision too, allow for it themselves.
+        let slack = |center: Vec3A, size: f32| tolerance::SLAB * ((local.origin() - center).abs().element_sum() + size);
+        let entered = match volume {
+            AnyVolume::Sphere(sphere) => {
+                let grown = sphere.grown(slack(sphere.center, sphere.radius()));
+                grown.ray_intersection_at(local)
+            }
+            AnyVolume::Obb(obb) => {
+                let grown = obb.grown(slack(obb.center(), obb.half_size().element_sum()));
+                grown.ray_intersection_at(local)
+            }
+            AnyVolume::Aabb(_) | AnyVolume::Hull(_) => volume.ray_intersection_at(local),
+        };
+        entered.is_none()
     }
 }
 

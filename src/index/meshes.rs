@@ -62,7 +62,8 @@ impl MeshBvhs {
         self.slots.get(&id.into()).and_then(MeshSlot::triangles)
     }
 
-    /// The kinds of bounding volume that are kept of a mesh because an entity [asked](super::BoundedBy) for them.
+    /// The kinds of bounding volume that entities have [asked](super::BoundedBy) for of a mesh. They are kept as long as
+    /// the mesh is.
     pub fn volumes(&self, id: impl Into<AssetId<Mesh>>) -> impl Iterator<Item = BoundingKind> + '_ {
         self.slots.get(&id.into()).into_iter().flat_map(MeshSlot::volumes)
     }

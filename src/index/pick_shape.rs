@@ -2,7 +2,7 @@
 
 use std::{fmt, sync::Arc};
 
-use bevy::ecs::component::Component;
+use bevy::{ecs::component::Component, transform::components::Transform};
 
 use crate::geometry::surface::Surface;
 
@@ -11,7 +11,8 @@ use crate::geometry::surface::Surface;
 /// Any [`Surface`]: a primitive of Bevy's, a [`SurfaceGroup`](crate::geometry::surface::SurfaceGroup) of them, or your
 /// own. Clones share it. It must have an end ([`Surface::aabb`]): an `InfinitePlane3d` has none, a large `Plane3d` does.
 ///
-/// Under a transform that flattens it, it is hit by no ray.
+/// Under a transform that flattens it, it is hit by no ray. An entity that is not drawn, for it has no mesh, counts as in
+/// view as long as it is not hidden: give it a `Visibility` to let it be hidden with its parents.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -21,6 +22,7 @@ use crate::geometry::surface::Surface;
 /// # }
 /// ```
 #[derive(Component, Clone)]
+#[require(Transform)]
 pub struct PickShape(Arc<dyn Surface>);
 
 impl PickShape {

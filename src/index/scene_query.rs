@@ -3,10 +3,11 @@
 use std::ops::ControlFlow;
 
 use bevy::{
-    camera::visibility::ViewVisibility,
+    camera::visibility::{ViewVisibility, VisibilityClass},
     ecs::{
         change_detection::Res,
         entity::Entity,
+        query::Has,
         system::{Query, SystemParam},
     },
     math::{
@@ -48,7 +49,7 @@ pub struct SceneQuery<'w, 's> {
     index: Res<'w, SpatialIndex>,
     meshes: Res<'w, MeshBvhs>,
     /// Every entity that still exists and is not disabled.
-    entities: Query<'w, 's, Option<&'static ViewVisibility>>,
+    entities: Query<'w, 's, (Option<&'static ViewVisibility>, Has<VisibilityClass>)>,
 }
 
 impl SceneQuery<'_, '_> {
@@ -190,7 +191,9 @@ impl SceneQuery<'_, '_> {
             }
             Shape::Analytic(ref shape) => {
                 let local = surface.ray_to_local(ray)?;
-                Hit::Surface(shape.surface().closest_hit(&local, backfaces)?)
+                let hit = shape.surface().closest_hit(&local, backfaces);
+                // A surface of the user's own may be wrong.
+                Hit::Surface(hit.filter(|hit| local.has_parameter(hit.t))?)
             }
         };
         let entity = key.entity;
@@ -220,17 +223,19 @@ impl SceneQuery<'_, '_> {
     fn admit(&self, key: Key, settings: &SceneQuerySettings) -> bool {
         let entry = self.index.entry(key.slot);
         let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&entry.layers));
-        let visible = entry.visible || settings.visibility != QueryVisibility::Visible;
+        let visible = entry.visible || settings.visibility == QueryVisibility::Any;
         on_layers && visible && !settings.excluded.contains(&key.entity)
     }
 
     /// Whether the settings accept an entity that the index [admits](Self::admit): asks the world, and the user.
     fn confirm(&self, entity: Entity, settings: &SceneQuerySettings) -> bool {
         // Fails for what was despawned or disabled since the index was brought up to date.
-        let Ok(view_visibility) = self.entities.get(entity) else {
+        let Ok((view_visibility, is_drawn)) = self.entities.get(entity) else {
             return false;
         };
+        // No view ever looks at what is not drawn.
         let in_view = settings.visibility != QueryVisibility::VisibleInView
+            || !is_drawn
             || view_visibility.is_some_and(|view_visibility| view_visibility.get());
         in_view && settings.predicate.is_none_or(|predicate| predicate(entity))
     }

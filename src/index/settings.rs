@@ -15,7 +15,8 @@ pub enum QueryVisibility {
     /// the same on a server.
     #[default]
     Visible,
-    /// Those that some camera or light sees, as Bevy's `MeshRayCast` has it by default.
+    /// Those that some camera or light sees, as Bevy's `MeshRayCast` has it by default, and those that are not hidden and
+    /// that no camera looks at because there is nothing to draw: a [`PickShape`](super::PickShape) without a mesh.
     VisibleInView,
 }
 

@@ -56,8 +56,10 @@ pub enum Refusal {
     /// Its `Aabb` has a NaN, infinite or negative extent.
     #[error("its Aabb is NaN, infinite or of negative size")]
     Bounds,
-    /// Its `PickShape` has no end.
-    #[error("its PickShape has no end, or bounds that are NaN or infinite; a large Plane3d can stand for a plane")]
+    /// Its `PickShape` is empty or has no end.
+    #[error(
+        "its PickShape is empty, has no end, or bounds that are NaN or infinite; a large Plane3d can stand for a plane"
+    )]
     Shape,
     /// Both are good, and the box overflows in world space.
     #[error("its bounds are too large for its GlobalTransform: the world box overflows")]

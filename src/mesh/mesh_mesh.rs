@@ -306,9 +306,11 @@ impl Side<'_> {
     }
 }
 
+/// Whether nothing tells that two boxes are apart: a bound that overflowed may be NaN.
 #[inline]
 fn touch(a: &Aabb3d, b: &Aabb3d) -> bool {
-    a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
+    let apart = a.min.cmpgt(b.max) | b.min.cmpgt(a.max);
+    !apart.any()
 }
 
 impl Part {

@@ -14,7 +14,7 @@ use crate::geometry::{
         triangle::{Backfaces, TriangleIntersection, TriangleRay},
     },
     tolerance,
-    volume::{AnyVolume, BoundingKind, Volume},
+    volume::{AnyVolume, BoundingKind, UnboundablePoints, Volume},
 };
 
 /// The most corners that the hull of a mesh has as a [`bounding_volume`](TriangleMesh::bounding_volume).
@@ -187,6 +187,15 @@ impl TriangleMesh {
     /// The corners of all triangles that can be hit, in no promised order.
     pub fn corners_of_all(&self) -> impl ExactSizeIterator<Item = [Vec3; 3]> + '_ {
         self.triangles.iter().map(|triangle| triangle.corners)
+    }
+
+    /// A volume around all triangles.
+    ///
+    /// # Errors
+    ///
+    /// If the volume would overflow.
+    pub fn enclosing_volume<V: Volume>(&self) -> Result<V, UnboundablePoints> {
+        V::enclosing(self.corners_of_all().flatten().map(Vec3A::from))
     }
 
     /// A volume of some kind around everything that a ray can hit; `None` if it would overflow.

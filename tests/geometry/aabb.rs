@@ -73,3 +73,17 @@ proptest! {
         prop_assert!(image.min.cmpge(tight.min - slack).all() && image.max.cmple(tight.max + slack).all());
     }
 }
+
+#[test]
+fn the_image_of_a_box_that_underflows_contains_the_images_of_its_corners() {
+    let smallest = f32::from_bits(1);
+    let aabb = Aabb3d {
+        min: Vec3A::splat(0.5),
+        max: Vec3A::splat(1.5),
+    };
+    let transform = Affine3A::from_scale(Vec3::splat(smallest));
+    let image = aabb.transformed_by_affine(&transform);
+    for corner in [aabb.min, aabb.max] {
+        assert!(image.contains_point(transform.transform_point3a(corner)), "{image:?}");
+    }
+}

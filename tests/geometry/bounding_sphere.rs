@@ -238,3 +238,18 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_ray_that_touches_a_sphere_in_one_point_meets_it() {
+    for step in 0..1000 {
+        // The closest point is at n / 25 along the ray, which no double is, and at a distance of exactly 1.
+        let n = 15.0 + 25.0 * step as f32;
+        let center = Vec3A::new((3.0 * n - 20.0) / 25.0, (4.0 * n + 15.0) / 25.0, 0.0);
+        let ray = Ray::new(Vec3A::ZERO, Vec3A::new(3.0, 4.0, 0.0), f32::INFINITY).expect("finite");
+        let entered = BoundingSphere::new(center, 1.0).ray_intersection_at(&ray);
+        assert!(
+            entered.is_some_and(|t| f64::from(t) <= f64::from(n) / 25.0),
+            "{center:?} {entered:?}"
+        );
+    }
+}

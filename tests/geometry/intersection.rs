@@ -548,3 +548,73 @@ fn the_bound_of_gjk_does_not_exceed_its_distance() {
     let separation = gjk::distance(&a, &b);
     assert!(separation.bound <= separation.distance);
 }
+
+#[test]
+fn a_sphere_without_a_radius_touches_the_turned_box_that_it_is_in() {
+    let sphere = BoundingSphere::new(Vec3A::ZERO, 0.0);
+    for step in 0..64 {
+        let rotation = Quat::from_euler(bevy::math::EulerRot::XYZ, 0.1 * step as f32, 0.7, 0.03 * step as f32);
+        let center = rotation * Vec3A::new(0.0, 0.0, 0.75);
+        let obb = Obb::new(center, Vec3A::new(0.001, 0.001, 1.001), rotation).expect("a sound box");
+        assert!(sphere.intersects(&obb) && obb.intersects(&sphere), "{obb:?}");
+    }
+}
+
+#[test]
+fn a_sphere_that_sticks_out_is_not_contained() {
+    let (min, max) = (Vec3A::splat(-2.0), Vec3A::splat(2.0));
+    let inside = BoundingSphere::new(Vec3A::ONE, 0.75);
+    let sticks_out = BoundingSphere::new(Vec3A::ONE, 1.25);
+    let boxes = [
+        Shape::Aabb(Aabb3d { min, max }),
+        Shape::Obb(Obb::new(Vec3A::ZERO, max, Quat::IDENTITY).expect("a sound box")),
+        Shape::Hull(hull(box_corners(min, max))),
+        Shape::Frustum(aabb_frustum(min, max)),
+    ];
+    for container in boxes {
+        assert_eq!(container.holds(&Shape::Sphere(inside)), Some(true), "{container:?}");
+        assert_eq!(
+            container.holds(&Shape::Sphere(sticks_out)),
+            Some(false),
+            "{container:?}"
+        );
+    }
+}
+
+#[test]
+fn a_point_just_beyond_a_sphere_does_not_touch() {
+    let sphere = BoundingSphere::new(Vec3A::ZERO, 1.0);
+    assert!(sphere.intersects(&Vec3A::X));
+    // The square of its distance is 1 in double precision.
+    assert!(!sphere.intersects(&Vec3A::new(1.0, 2f32.powi(-60), 0.0)));
+}
+
+#[test]
+fn a_frustum_touches_the_margin_of_a_hull() {
+    use bevy_sightline::geometry::volume::Volume;
+    let frustum = Frustum::from(&aabb_frustum(Vec3A::ZERO, Vec3A::splat(10.0)));
+    let above = [
+        Vec3A::new(5.0, 5.0, 10.5),
+        Vec3A::new(5.5, 5.0, 11.0),
+        Vec3A::new(5.0, 5.5, 11.0),
+    ];
+    assert!(!frustum.intersects(&hull(above)));
+    assert!(frustum.intersects(&hull(above).grown(1.0)));
+}
+
+proptest! {
+    #![proptest_config(crate::properties::cases())]
+
+    #[test]
+    fn a_point_touches_the_turned_box_that_was_built_around_it(
+        points in properties::points(), transform in properties::affine()
+    ) {
+        use bevy_sightline::geometry::volume::Volume;
+        let obb = Obb::enclosing(points.iter().copied()).expect("finite");
+        let image = obb.transformed_by_affine(&transform);
+        for point in points {
+            prop_assert!(point.intersects(&obb));
+            prop_assert!(transform.transform_point3a(point).intersects(&image));
+        }
+    }
+}

@@ -356,3 +356,17 @@ fn a_skinny_flat_set_whose_ends_hide_its_middle_is_boxed_flat() {
     let obb = enclosing(&corners.map(|[x, y]| turn * Vec3A::new(x, y, 0.0)));
     assert!(obb.half_size().min_element() < 2e-5, "{obb:?}");
 }
+
+#[test]
+fn a_grown_box_contains_what_is_as_far_along_its_axes() {
+    for step in 0..2000 {
+        let rotation = Quat::from_euler(bevy::math::EulerRot::XYZ, 0.37 * step as f32, 0.11 * step as f32, 0.7);
+        let obb = Obb::new(Vec3A::ZERO, Vec3A::ZERO, rotation).expect("a sound box");
+        for axis in [obb.axes().x_axis, obb.axes().y_axis, obb.axes().z_axis] {
+            let point = axis.as_dvec3().normalize().as_vec3a();
+            if point.as_dvec3().length() <= 1.0 {
+                assert!(obb.grown(1.0).contains_point(point), "{point:?}");
+            }
+        }
+    }
+}

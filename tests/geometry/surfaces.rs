@@ -141,7 +141,7 @@ fn sizes_that_are_zero_nan_or_infinite_do_no_harm() {
         ray(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)),
         ray(Vec3::splat(3.0), Vec3::splat(-1.0)),
         ray(Vec3::splat(1e30), Vec3::splat(-1e38)),
-        ray(Vec3::splat(1e-40), Vec3::splat(1e-45)),
+        ray(Vec3::splat(1e-40), Vec3::splat(1e-37)),
     ];
     for a in sizes {
         for b in sizes {
@@ -635,7 +635,11 @@ proptest! {
         let origin = target + (origin - target) * distance;
         prop_assume!(target != origin);
         // On the side of the plane through the edge and the ray where one triangle is, the other is not.
-        let across = (b - a).cross(Vec3::from(target - origin).as_dvec3()).normalize_or_zero();
+        let along = Vec3::from(target - origin).as_dvec3();
+        let across = (b - a).cross(along);
+        // Along the edge, the rounding of the ray decides which end it passes, and on which side.
+        prop_assume!(across.length() > 1e-2 * (b - a).length() * along.length());
+        let across = across.normalize();
         let size = (b - a).length() + (c - a).length() + (d - a).length();
         let sides = [across.dot(c - a), across.dot(d - a)];
         prop_assume!(sides[0] * sides[1] < 0.0 && sides[0].abs().min(sides[1].abs()) > 1e-2 * size);
@@ -713,4 +717,46 @@ fn shard(center: Vec3A, size: f32) -> Tetrahedron {
     Tetrahedron {
         vertices: Tetrahedron::default().vertices.map(|vertex| center + vertex * size),
     }
+}
+
+#[test]
+fn an_annulus_is_not_left_where_the_ray_grazes_its_hole() {
+    let ring = Extrusion::new(Annulus::new(1.0, 2.0), 2.0);
+    let hit = ring.closest_hit(&ray([1.0, -0.5, 0.0], [0.0, 1.0, 0.0]), Backfaces::Include);
+    assert!(hit.is_some_and(|hit| (hit.t - 2.232_050_8).abs() < 1e-6), "{hit:?}");
+}
+
+#[test]
+fn a_ray_that_starts_on_a_sphere_hits_it_there_whichever_way_it_enters() {
+    let steps = || (-5..=5).map(|step| step as f32);
+    for (x, y, z) in steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| (x, y, z)))) {
+        let direction = Vec3A::new(0.1 * x, 0.3 * y, 0.7 * z);
+        for start in [[3.0, 4.0, 0.0], [0.0, -3.0, 4.0], [-4.0, 0.0, 3.0]].map(Vec3A::from_array) {
+            if direction.dot(start) < 0.0 {
+                let hit = Sphere::new(5.0).closest_hit(&ray(start, direction), Backfaces::Cull);
+                assert_eq!(hit.map(|hit| hit.t), Some(0.0), "{start:?} {direction:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_normal_of_a_sphere_that_is_hit_from_very_far_is_a_unit_vector() {
+    for step in 1..20 {
+        let direction = Vec3A::new(-1024.0, step as f32, 3.0);
+        // In steps of a power of two, so that the ray passes the centre as closely as its digits allow.
+        let origin = direction * -(2f32.powi(34));
+        let hit = Sphere::new(1.0)
+            .closest_hit(&ray(origin, direction), Backfaces::Cull)
+            .expect("a hit");
+        assert!((hit.normal.as_dvec3().length() - 1.0).abs() < 1e-6, "{hit:?}");
+    }
+}
+
+#[test]
+fn a_long_capsule_is_hit_from_very_far_away_from_its_middle() {
+    let direction = Vec3A::new(1.0, -0.5, 0.0);
+    let origin = Vec3A::new(0.0, 900.0, 0.0) - direction * 8_388_608.0;
+    let capsule = Capsule3d::new(1.0, 2000.0);
+    assert!(capsule.any_hit(&ray(origin, direction), Backfaces::Cull));
 }

@@ -470,3 +470,53 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn doubles_that_are_all_tiny_are_told_apart() {
+    let (u, base) = (2f64.powi(-1009), -(2f64.powi(-957)));
+    let at = |[x, y, z]: [f64; 3]| DVec3::new(base + x * u, base + y * u, base + z * u);
+    // The second is beyond a corner of the first, by one unit in the last place.
+    let a = [
+        [0.0; 3],
+        [0.0, 10200547328.0, 5368709118.0],
+        [5368709120.0, 10200547328.0, 5368709118.0],
+    ]
+    .map(at);
+    let b = [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -2.0]].map(at);
+    assert!(!intersect(a, b));
+}
+
+#[test]
+fn segments_on_one_line_that_are_apart_do_not_meet() {
+    let on_line = |[p, q]: [f64; 2]| [p, q, q].map(|t| DVec3::new(t, 2.0 * t, 3.0 * t));
+    assert!(intersect(on_line([0.0, 1.0]), on_line([1.0, 3.0])));
+    assert!(!intersect(on_line([0.0, 1.0]), on_line([2.0, 3.0])));
+    assert!(!intersect(on_line([2.0, 3.0]), on_line([0.0, 1.0])));
+}
+
+#[test]
+fn a_vertex_in_the_plane_of_the_other_is_given_as_it_is() {
+    // In double precision, p + (q - p) is not q.
+    let (p, q) = (
+        DVec3::new(0.5, 0.5, 0.524560164915884),
+        DVec3::new(0.5, 0.5, -7.966303146382229),
+    );
+    assert_ne!(p + (q - p), q);
+    let floor = [[-9.0, -9.0], [9.0, -9.0], [0.0, 9.0]].map(|[x, y]| DVec3::new(x, y, q.z));
+    let below = q - DVec3::Y - DVec3::Z;
+    for through in [[q, p, below], [p, below, q], [below, q, p], [below, p, q]] {
+        for [a, b] in [[floor, through], [through, floor]] {
+            let found = contact(a, b).expect("a contact");
+            assert!(found.points().contains(&q), "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_vertex_in_one_plane_that_is_just_beside_an_edge_is_outside() {
+    // In double precision, the determinant of this point and the edge is zero.
+    let beside = DVec3::new(0.4999999999999978, 0.4999999999999979, 0.0);
+    let a = triangle([[-12.0, -12.0, 0.0], [24.0, 24.0, 0.0], [24.0, -12.0, 0.0]]);
+    let b = [beside, DVec3::new(-4.0, 8.0, 0.0), DVec3::new(0.0, 8.0, 0.0)];
+    assert!(!intersect(a, b));
+}

@@ -4,10 +4,13 @@ use bevy::math::{DMat3, DVec3, Vec3A};
 
 use super::{
     ConvexHull, HullRank,
-    polytope::{unit, unit_normal},
+    polytope::unit_normal,
     simplex::{bounds, farthest},
 };
-use crate::geometry::volume::{UnboundablePoints, Volume};
+use crate::geometry::{
+    support::unit,
+    volume::{UnboundablePoints, Volume},
+};
 
 impl ConvexHull {
     /// A hull around all `points` with at most `max_vertices` corners, or four if that is less.

@@ -16,13 +16,13 @@ pub(crate) use planes::{LANES, PlaneLanes};
 pub use polytope::HullRank;
 
 use self::{
-    planes::{Bounded, Planes, round_up},
+    planes::{Bounded, Planes},
     polytope::{Faces, Polytope},
     quickhull::convex_hull,
 };
 use super::{
     ray::Ray,
-    tolerance,
+    rounding, tolerance,
     volume::{UnboundablePoints, Volume},
 };
 
@@ -101,7 +101,7 @@ impl ConvexHull {
     /// from points, and afterwards the rounding that has added up, some units in the last place of the coordinates, and
     /// what it was [grown](Volume::grown) by.
     pub fn margin(&self) -> f32 {
-        round_up(self.margin)
+        rounding::up(self.margin)
     }
 
     pub(crate) fn lanes(&self) -> &[PlaneLanes] {
@@ -158,7 +158,7 @@ impl ConvexHull {
     }
 
     /// The largest coordinate of a corner on each axis.
-    fn magnitude(&self) -> DVec3 {
+    pub(crate) fn magnitude(&self) -> DVec3 {
         let largest = (self.vertices.iter()).fold(Vec3A::ZERO, |largest, vertex| largest.max(vertex.abs()));
         largest.as_dvec3()
     }
@@ -257,15 +257,18 @@ impl Volume for ConvexHull {
         let (min, max) = (self.vertices.iter()).fold((Vec3A::MAX, Vec3A::MIN), |(min, max), &vertex| {
             (min.min(vertex), max.max(vertex))
         });
-        let outward = |bound: f32| round_up(f64::from(bound) + self.margin);
+        let outward = |bound: f32| rounding::up(f64::from(bound) + self.margin);
         Aabb3d {
             min: -Vec3A::from_array((-min).to_array().map(outward)),
             max: Vec3A::from_array(max.to_array().map(outward)),
         }
     }
 
-    /// The volume of what the corners span.
+    /// The volume of what the corners span, without the margin unless that is infinite.
     fn volume(&self) -> f32 {
+        if self.margin == f64::INFINITY {
+            return f32::INFINITY;
+        }
         if self.rank < HullRank::Solid {
             return 0.0;
         }
@@ -277,8 +280,11 @@ impl Volume for ConvexHull {
         (six_fold / 6.0) as f32
     }
 
-    /// The surface area of what the corners span.
+    /// The surface area of what the corners span, without the margin unless that is infinite.
     fn surface_area(&self) -> f32 {
+        if self.margin == f64::INFINITY {
+            return f32::INFINITY;
+        }
         let two_fold: f64 = self.triangles().map(|[a, b, c]| (b - a).cross(c - a).length()).sum();
         (two_fold / 2.0) as f32
     }

@@ -5,10 +5,10 @@ use bevy::math::DVec3;
 
 use super::{
     HullPlane,
-    polytope::{Faces, unit, unit_normal},
+    polytope::{Faces, unit_normal},
     simplex::{bounds, farthest},
 };
-use crate::geometry::tolerance;
+use crate::geometry::{rounding, support::unit, tolerance};
 
 /// The planes around a hull.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +59,7 @@ impl<'a> Bounded<'a> {
         let exact = rounded.as_dvec3().dot(corner) + turn + self.margin * (1.0 + f64::from(f32::EPSILON));
         HullPlane {
             normal: rounded,
-            offset: round_up(exact + tolerance::DOUBLE * self.magnitude),
+            offset: rounding::up(exact + tolerance::DOUBLE * self.magnitude),
         }
     }
 
@@ -67,6 +67,26 @@ impl<'a> Bounded<'a> {
     fn supporting_plane(&self, normal: DVec3) -> HullPlane {
         let corner = farthest(self.corners, |corner| corner.dot(normal));
         self.plane(normal, self.corners[corner])
+    }
+
+    /// The plane with the unit `normal` of a face, as it was computed from these corners.
+    ///
+    /// Where a coordinate is so much larger than another that their difference is rounded, the normal of a needle may be
+    /// anything, and whichever corner is farthest along it must be looked for.
+    fn face_plane(&self, normal: DVec3, corners: &[u32]) -> HullPlane {
+        let corner = |index: &u32| self.corners[*index as usize];
+        let is_exact = |(a, b): (&u32, &u32)| {
+            let (a, b) = (corner(a), corner(b));
+            let difference = b - a;
+            a + difference == b && b - difference == a
+        };
+        let next = corners.iter().cycle().skip(1);
+        let fan = corners[1..].iter().map(|corner| (&corners[0], corner));
+        if corners.iter().zip(next).chain(fan).all(is_exact) {
+            self.plane(normal, corner(&corners[0]))
+        } else {
+            self.supporting_plane(normal)
+        }
     }
 
     /// The box around a point.
@@ -93,11 +113,7 @@ impl<'a> Bounded<'a> {
             .collect();
         let (mut planes, of_face) = self.shared_planes(faces, &normals);
         let bevels = self.edge_bevels(faces, &normals);
-        planes.extend(
-            bevels
-                .iter()
-                .map(|bevel| self.plane(bevel.normal, self.corners[bevel.edge[0] as usize])),
-        );
+        planes.extend(bevels.iter().map(|bevel| self.supporting_plane(bevel.normal)));
         planes.extend(
             self.corner_bevels(faces, &normals, &bevels)
                 .into_iter()
@@ -128,7 +144,7 @@ impl<'a> Bounded<'a> {
             }
             let number = planes.len() as u32;
             let (normal, start) = (normals[seed], self.corners[faces.corners(seed)[0] as usize]);
-            planes.push(self.plane(normal, start));
+            planes.push(self.face_plane(normal, faces.corners(seed)));
             of_face[seed] = number;
             stack.push(seed);
             while let Some(face) = stack.pop() {
@@ -253,16 +269,6 @@ impl Corner {
 
 /// Faces that share a plane differ by less than 45°, so that what their planes cut off is not a whole side.
 const SHARED_PLANE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
-/// The smallest `f32` that is no less; infinite if there is none.
-pub(super) fn round_up(value: f64) -> f32 {
-    let nearest = value as f32;
-    if f64::from(nearest) < value {
-        nearest.next_up()
-    } else {
-        nearest
-    }
-}
 
 /// The planes once more, as the ray test reads them: eight at a time, coordinate by coordinate, so that one instruction
 /// works on several planes.

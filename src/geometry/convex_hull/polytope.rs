@@ -2,6 +2,8 @@
 
 use bevy::math::DVec3;
 
+use crate::geometry::support::unit;
+
 /// What the hull of some points spans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum HullRank {
@@ -87,11 +89,6 @@ pub(super) fn unit_normal(points: &[DVec3], corners: &[u32]) -> DVec3 {
     let point = |corner: u32| points[corner as usize];
     let triangle = |pair: &[u32]| double_area([corners[0], pair[0], pair[1]].map(point));
     unit(corners[1..].windows(2).map(triangle).sum())
-}
-
-/// The unit vector along `v`, or zero if that is zero. In two steps, because squares of denormals underflow.
-pub(super) fn unit(v: DVec3) -> DVec3 {
-    (v / v.abs().max_element()).normalize_or_zero()
 }
 
 /// The normal of a triangle, as long as its area twice: from the two shorter sides, as two long ones may round to the

@@ -162,9 +162,14 @@ impl Content for Obb {
 
 impl Content for ConvexHull {
     fn is_in(&self, container: &impl Container) -> bool {
-        self.vertices()
-            .iter()
-            .all(|vertex| container.has_point(vertex.as_dvec3(), Vertex::Exact))
+        let margin = self.margin();
+        let mut vertices = self.vertices().iter();
+        match margin {
+            0.0 => vertices.all(|vertex| container.has_point(vertex.as_dvec3(), Vertex::Exact)),
+            _ => {
+                margin.is_finite() && vertices.all(|&vertex| container.has_sphere(&BoundingSphere::new(vertex, margin)))
+            }
+        }
     }
 }
 

@@ -121,7 +121,7 @@ impl Frustum {
     /// Whether the point of the frustum that is closest to the centre is close enough: it is the centre, or on an edge,
     /// or the projection of the centre on a face.
     pub(crate) fn touches_sphere(&self, sphere: &BoundingSphere) -> bool {
-        let (center, reach) = (sphere.center.as_dvec3(), sphere::reach(sphere));
+        let (center, reach) = (sphere.center.as_dvec3(), sphere::reach(sphere, 0.0));
         let mut inside = true;
         for plane in &self.planes {
             let length = plane.normal.length();
@@ -135,11 +135,6 @@ impl Frustum {
             let projection = center - face.normal * (face.excess(center) / face.normal.length_squared());
             face.excess(center) >= 0.0 && self.planes.iter().all(|plane| plane.admits(projection))
         };
-        inside
-            || self
-                .edges
-                .iter()
-                .any(|edge| edge.closest_point(center).distance(center) <= reach)
-            || self.planes.iter().any(close_to_face)
+        inside || self.edges.iter().any(|edge| edge.touches_sphere(sphere)) || self.planes.iter().any(close_to_face)
     }
 }

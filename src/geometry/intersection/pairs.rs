@@ -12,7 +12,8 @@ use super::{
     frustum::Frustum,
     gjk,
     polyhedron::{Line, ObbFrame, Polyhedron},
-    sat, sphere,
+    sat::{self, Polytope as _},
+    sphere,
 };
 use crate::geometry::{closest_point::ClosestPoint, convex_hull::ConvexHull, obb::Obb, ray::Ray, volume::Volume};
 
@@ -67,7 +68,7 @@ pairs! {
 
     Ray, Segment3d: |ray, segment| Stretch::of_ray(ray).is_some_and(|ray| ray.touches(&Stretch::of_segment(segment)));
     Ray, BoundingSphere: |ray, sphere| ray.t_min() <= ray.t_max()
-        && sphere::reaches(sphere, Line::from(ray).closest_point(sphere.center.as_dvec3()), 1.0);
+        && Line::from(ray).touches_sphere(sphere);
     Ray, Aabb3d: |ray, aabb| Line::from(ray).clipped(aabb.planes()).is_some();
     Ray, Obb: |ray, obb| Line::from(ray).clipped(ObbFrame::from(obb).planes()).is_some();
     Ray, ConvexHull: |ray, hull| Line::from(ray).clipped(Polyhedron::planes(hull)).is_some();
@@ -75,7 +76,8 @@ pairs! {
     Ray, Triangle3d: |ray, triangle| Stretch::of_ray(ray).is_some_and(|ray| ray.touches_triangle(triangle));
 
     Segment3d, BoundingSphere: |segment, sphere| {
-        sphere::reaches(sphere, segment.closest_point_f64(sphere.center.as_dvec3()), 1.0)
+        let magnitude = segment.magnitude().max_element();
+        sphere::reaches(sphere, segment.closest_point_f64(sphere.center.as_dvec3()), magnitude, 1.0)
     };
     Segment3d, Aabb3d: |segment, aabb| Line::from(segment).clipped(aabb.planes()).is_some();
     Segment3d, Obb: |segment, obb| Line::from(segment).clipped(ObbFrame::from(obb).planes()).is_some();
@@ -86,14 +88,16 @@ pairs! {
     BoundingSphere, Aabb3d: |sphere, aabb| sphere::touches_aabb(sphere, aabb);
     BoundingSphere, Obb: |sphere, obb| {
         let frame = ObbFrame::from(obb);
-        sphere::reaches(sphere, frame.closest_point(sphere.center.as_dvec3()), frame.stretch_squared())
+        let (closest, magnitude) = (frame.closest_point(sphere.center.as_dvec3()), frame.magnitude().max_element());
+        sphere::reaches(sphere, closest, magnitude, frame.stretch_squared())
     };
     BoundingSphere, ConvexHull: |sphere, hull| {
-        gjk::distance(&sphere.center, hull).bound <= sphere::reach(sphere)
+        gjk::distance(&sphere.center, hull).bound <= sphere::reach(sphere, hull.magnitude().max_element())
     };
     BoundingSphere, Frustum: |sphere, frustum| frustum.touches_sphere(sphere);
     BoundingSphere, Triangle3d: |sphere, triangle| {
-        sphere::reaches(sphere, triangle.closest_point_f64(sphere.center.as_dvec3()), 1.0)
+        let magnitude = triangle.magnitude().max_element();
+        sphere::reaches(sphere, triangle.closest_point_f64(sphere.center.as_dvec3()), magnitude, 1.0)
     };
 
     Aabb3d, Obb: |aabb, obb| sat::touch(aabb, &ObbFrame::from(obb));

@@ -3,12 +3,12 @@
 
 use bevy::math::{
     DMat3, DVec3, Vec3,
-    bounding::Aabb3d,
+    bounding::{Aabb3d, BoundingSphere},
     primitives::{Segment3d, Triangle3d},
 };
 use smallvec::SmallVec;
 
-use super::exact::sum_sign;
+use super::{exact::sum_sign, sphere};
 use crate::geometry::{convex_hull::ConvexHull, obb::Obb, ray::Ray, support::Support, tolerance::DOUBLE};
 
 /// The points with `normal · point <= offset`. The normal may have any length.
@@ -42,7 +42,9 @@ impl Plane {
 
     /// Whether the point is inside, or outside by no more than rounding.
     pub(crate) fn admits(&self, point: DVec3) -> bool {
-        self.excess(point) <= self.rounding(point)
+        // NaN, of volumes without end, is no excess.
+        let excluded = self.excess(point) > self.rounding(point);
+        !excluded
     }
 }
 
@@ -112,6 +114,13 @@ impl Line {
         // NaN where the line is a point: any parameter will do.
         let t = along.min(self.interval.last).max(self.interval.first);
         self.origin + self.direction * t
+    }
+
+    /// Whether its point closest to the centre is in the sphere, or could be.
+    pub(crate) fn touches_sphere(&self, sphere: &BoundingSphere) -> bool {
+        let closest = self.closest_point(sphere.center.as_dvec3());
+        let magnitude = self.origin.abs().max(closest.abs()).max_element();
+        sphere::reaches(sphere, closest, magnitude, 1.0)
     }
 
     /// Its ends, where it has some.

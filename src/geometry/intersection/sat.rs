@@ -121,7 +121,9 @@ pub(crate) fn touch(a: &impl Polytope, b: &impl Polytope) -> bool {
     every_axis(a, b, |axis| {
         let ([a_min, a_max], [b_min, b_max]) = (a.extent(axis), b.extent(axis));
         let slack = DOUBLE * axis.abs().dot(magnitude);
-        a_min <= b_max + slack && b_min <= a_max + slack
+        // Of volumes without end these are NaN, and tell of no gap.
+        let apart = a_min > b_max + slack || b_min > a_max + slack;
+        !apart
     })
 }
 

@@ -16,6 +16,9 @@ fn squared_difference(a: f64, b: f64) -> [f64; 3] {
 
 /// Exactly whether the distance of two points, given in `f32`, is at most `a + b`, which must not be negative.
 pub(crate) fn within(from: DVec3, to: DVec3, [a, b]: [f64; 2]) -> bool {
+    if a + b == f64::INFINITY {
+        return true;
+    }
     let [x, y, z] = [0, 1, 2].map(|axis| squared_difference(from[axis], to[axis]));
     let terms = [
         x[0],
@@ -54,13 +57,14 @@ pub(crate) fn touches_aabb(sphere: &BoundingSphere, aabb: &Aabb3d) -> bool {
 }
 
 /// Whether a point that rounding may have moved is in the sphere, or could be: `stretch_squared` bounds how far the
-/// square of its distance is above the true one.
-pub(crate) fn reaches(sphere: &BoundingSphere, closest: DVec3, stretch_squared: f64) -> bool {
-    let reach = reach(sphere);
+/// square of its distance is above the true one, and `magnitude` the largest coordinate of the other shape.
+pub(crate) fn reaches(sphere: &BoundingSphere, closest: DVec3, magnitude: f64, stretch_squared: f64) -> bool {
+    let reach = reach(sphere, magnitude);
     sphere.center.as_dvec3().distance_squared(closest) <= reach * reach * stretch_squared
 }
 
-/// The radius, and a little more for the rounding of closest points.
-pub(crate) fn reach(sphere: &BoundingSphere) -> f64 {
-    f64::from(sphere.radius()) * (1.0 + DOUBLE) + DOUBLE * f64::from(sphere.center.abs().max_element())
+/// The radius, and a little more for the rounding of closest points of a shape with coordinates up to `magnitude`.
+pub(crate) fn reach(sphere: &BoundingSphere, magnitude: f64) -> f64 {
+    let largest = f64::from(sphere.center.abs().max_element()).max(magnitude);
+    f64::from(sphere.radius()) * (1.0 + DOUBLE) + DOUBLE * largest
 }

@@ -28,9 +28,12 @@ impl Ray {
     /// The ray from `origin` along `direction`, up to and including the parameter `t_max`.
     ///
     /// Returns `None` if the direction is zero, if a coordinate is NaN or infinite, or if `t_max` is negative or NaN.
-    /// `t_max` may be infinite.
+    /// `t_max` may be infinite. Coordinates of the direction below [`f32::MIN_POSITIVE`], whose reciprocals overflow, are
+    /// taken for zero.
     pub fn new(origin: impl Into<Vec3A>, direction: impl Into<Vec3A>, t_max: f32) -> Option<Self> {
-        let (origin, direction) = (origin.into(), direction.into());
+        let (origin, direction): (Vec3A, Vec3A) = (origin.into(), direction.into());
+        let vanishes = direction.abs().cmplt(Vec3A::splat(f32::MIN_POSITIVE));
+        let direction = Vec3A::select(vanishes, Vec3A::ZERO, direction);
         let sound = origin.is_finite() && direction.is_finite() && direction != Vec3A::ZERO && t_max >= 0.0;
         sound.then(|| Self {
             origin,
@@ -77,6 +80,12 @@ impl Ray {
     #[inline]
     pub fn t_max(&self) -> f32 {
         self.t_max
+    }
+
+    /// Whether `t` is finite and belongs to the ray.
+    #[inline]
+    pub fn has_parameter(&self, t: f32) -> bool {
+        t >= self.t_min && t <= self.t_max && t < f32::INFINITY
     }
 
     /// The point at the parameter `t`.

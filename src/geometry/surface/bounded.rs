@@ -53,6 +53,10 @@ impl<V: Volume + Send + Sync, S: Surface> Surface for BoundedSurface<V, S> {
         self.surface.aabb()
     }
 
+    fn is_empty(&self) -> bool {
+        self.surface.is_empty()
+    }
+
     #[inline]
     fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<SurfaceHit> {
         self.volume.ray_intersection_at(ray)?;

@@ -15,7 +15,7 @@ use crate::geometry::{
 #[derive(Default)]
 pub struct SurfaceGroup {
     members: Vec<Box<dyn Surface>>,
-    /// `None` if there are no members, or one has no end.
+    /// `None` if there is nothing to hit, or a member has no end.
     aabb: Option<Aabb3d>,
 }
 
@@ -27,11 +27,13 @@ impl SurfaceGroup {
 
     /// Adds a surface after the others. One that is shared goes in as an [`Arc`](std::sync::Arc).
     pub fn push(&mut self, surface: impl Surface + 'static) {
-        self.aabb = match (self.aabb, surface.aabb()) {
-            (Some(around), Some(member)) => Some(aabb::union(&around, &member)),
-            (None, member) if self.members.is_empty() => member,
-            _ => None,
-        };
+        if !surface.is_empty() {
+            self.aabb = match (self.aabb, surface.aabb()) {
+                (Some(around), Some(member)) => Some(aabb::union(&around, &member)),
+                (None, member) if self.is_empty() => member,
+                _ => None,
+            };
+        }
         self.members.push(Box::new(surface));
     }
 
@@ -46,9 +48,13 @@ impl SurfaceGroup {
 }
 
 impl Surface for SurfaceGroup {
-    /// `None` also if there are no members.
     fn aabb(&self) -> Option<Aabb3d> {
         self.aabb
+    }
+
+    /// Whether there are no members, or none that is not empty itself.
+    fn is_empty(&self) -> bool {
+        self.members.iter().all(Surface::is_empty)
     }
 
     fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<SurfaceHit> {
@@ -58,7 +64,9 @@ impl Surface for SurfaceGroup {
         let mut rest = *ray;
         let mut closest: Option<SurfaceHit> = None;
         for member in &self.members {
-            let Some(hit) = member.closest_hit(&rest, backfaces) else {
+            let hit = member.closest_hit(&rest, backfaces);
+            // A surface of the user's own may be wrong.
+            let Some(hit) = hit.filter(|hit| rest.has_parameter(hit.t)) else {
                 continue;
             };
             if closest.is_none_or(|closest| hit.t < closest.t) {

@@ -54,8 +54,13 @@ use super::ray::{Ray, triangle::Backfaces};
 
 /// Something that a ray can hit.
 pub trait Surface: Send + Sync {
-    /// A box around the surface, or `None` if it has no end.
+    /// A box around the surface, or `None` if it has no end or [is empty](Surface::is_empty).
     fn aabb(&self) -> Option<Aabb3d>;
+
+    /// Whether there is nothing at all to hit, and so nothing to be in a box.
+    fn is_empty(&self) -> bool {
+        false
+    }
 
     /// The hit with the smallest parameter among those that belong to the ray, in the space of the surface.
     ///
@@ -75,6 +80,10 @@ macro_rules! surface_behind {
         impl<S: Surface + ?Sized> Surface for $pointer {
             fn aabb(&self) -> Option<Aabb3d> {
                 (**self).aabb()
+            }
+
+            fn is_empty(&self) -> bool {
+                (**self).is_empty()
             }
 
             #[inline]

@@ -1,12 +1,15 @@
 //! Surfaces that are the boundary of a solid.
 
-use bevy::math::{DVec3, Vec3A, bounding::Aabb3d};
+use bevy::math::{DVec3, bounding::Aabb3d};
 
 use super::{
     SurfaceHit,
     span::{Crossing, Line},
 };
-use crate::geometry::ray::{Ray, triangle::Backfaces};
+use crate::geometry::{
+    ray::{Ray, triangle::Backfaces},
+    rounding,
+};
 
 /// A solid around the origin, in double precision.
 pub trait Solid {
@@ -55,15 +58,6 @@ pub(super) use surface_by_solid;
 
 /// The smallest box of `f32` around the box, or `None` if that is not finite.
 pub fn enclosing_box(min: DVec3, max: DVec3) -> Option<Aabb3d> {
-    let down = |x: f64| {
-        let rounded = x as f32;
-        if f64::from(rounded) > x {
-            rounded.next_down()
-        } else {
-            rounded
-        }
-    };
-    let min = Vec3A::new(down(min.x), down(min.y), down(min.z));
-    let max = -Vec3A::new(down(-max.x), down(-max.y), down(-max.z));
+    let (min, max) = (rounding::down3(min), rounding::up3(max));
     (min.is_finite() && max.is_finite()).then_some(Aabb3d { min, max })
 }

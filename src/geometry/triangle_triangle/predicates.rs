@@ -139,7 +139,7 @@ fn in_range<const N: usize>(points: [DVec3; N]) -> Option<[DVec3; N]> {
     const MIN_EXPONENT: i32 = -306;
 
     let exponent = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let (mut min, mut max) = (MAX_EXPONENT, MIN_EXPONENT);
+    let (mut min, mut max) = (i32::MAX, i32::MIN);
     for x in points.iter().flat_map(DVec3::to_array) {
         if !x.is_finite() {
             return None;

@@ -5,7 +5,7 @@ use bevy::{
         Affine3A, Vec3A,
         bounding::{Aabb3d, BoundingSphere},
     },
-    reflect::Reflect,
+    reflect::{Reflect, std_traits::ReflectDefault},
 };
 
 use super::{Tightness, UnboundablePoints, Volume};
@@ -29,6 +29,7 @@ use crate::geometry::{convex_hull::ConvexHull, obb::Obb, ray::Ray};
 /// a hierarchy of triangles has at its root anyway. So it is the default, and the oriented box is for what is long and
 /// slanted. The example `bounding_volumes` measures this for other models.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum BoundingKind {
     /// The smallest [`BoundingSphere`].
     Sphere,
