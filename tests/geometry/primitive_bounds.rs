@@ -4,9 +4,9 @@ use bevy::math::{
     Affine3A, DMat3, DVec2, DVec3, Isometry3d, Quat, Vec2, Vec3, Vec3A,
     bounding::{Aabb3d, Bounded3d},
     primitives::{
-        Annulus, Capsule2d, Capsule3d, Circle, Cone, ConicalFrustum, Cuboid, Cylinder, Ellipse, Extrusion, Plane3d,
-        Polygon, Polyline2d, Polyline3d, Rectangle, RegularPolygon, Rhombus, Ring, Segment2d, Sphere, Tetrahedron,
-        Torus, Triangle2d,
+        Annulus, Arc2d, Capsule2d, Capsule3d, Circle, CircularSector, CircularSegment, Cone, ConicalFrustum,
+        ConvexPolygon, Cuboid, Cylinder, Ellipse, Extrusion, Plane3d, Polygon, Polyline2d, Polyline3d, Rectangle,
+        RegularPolygon, Rhombus, Ring, Segment2d, Sphere, Tetrahedron, Torus, Triangle2d,
     },
 };
 use bevy_sightline::geometry::{aabb::Aabb3dExt, support::Support, volume::Volume};
@@ -80,7 +80,7 @@ fn shapes() -> impl Strategy<Value = Sampled> {
     let arc = 1.0 - (PI / f64::from(STEPS)).cos();
     let size = || prop_oneof![4 => 0.01f32..50.0, 1 => Just(0.0f32), 1 => 1e-6f32..1e-5];
     (
-        0usize..21,
+        0usize..24,
         [size(), size(), size()],
         [point(), point(), point(), point()],
     )
@@ -233,6 +233,26 @@ fn shapes() -> impl Strategy<Value = Sampled> {
                         inner_shape: Ellipse { half_size: Vec2::ZERO },
                     };
                     extruded(ring, c, around(a, b), arc)
+                }
+                20..=22 => {
+                    let half_angle = (b / 15.0).min(std::f32::consts::PI);
+                    let of_arc = Arc2d { radius: a, half_angle };
+                    let end = DVec2::from_angle(PI / 2.0 - f64::from(half_angle)) * f64::from(a);
+                    let within = turns().map(|turn| (turn / PI - 1.0) * f64::from(half_angle));
+                    let on_arc = within.map(|angle| DVec2::new(angle.sin(), angle.cos()) * f64::from(a));
+                    let outline: Vec<DVec2> = on_arc.chain([end]).collect();
+                    match kind {
+                        20 => extruded(CircularSegment { arc: of_arc }, c, outline, arc),
+                        21 => {
+                            let outline = outline.into_iter().chain([DVec2::ZERO]);
+                            extruded(CircularSector { arc: of_arc }, c, outline, arc)
+                        }
+                        _ => {
+                            let quad = [Vec2::X * a, Vec2::Y * a, Vec2::NEG_X * a, Vec2::NEG_Y * a];
+                            let outline = quad.map(Vec2::as_dvec2);
+                            extruded(ConvexPolygon::new_unchecked(quad.to_vec()), c, outline, 0.0)
+                        }
+                    }
                 }
                 _ => {
                     if a > b {

@@ -8,6 +8,7 @@ use bevy::{math::Affine3A, mesh::VertexAttributeValues, prelude::*};
 use bevy_sightline::mesh::{MeshBvh, PlacedMesh, TriangleMesh};
 use parry3d::{
     math::{Pose, Vector},
+    partitioning::BvhNode,
     query,
     shape::TriMesh,
 };
@@ -73,7 +74,7 @@ fn pair(case: &str, rounds: usize, ring: &Mesh, ball: &Mesh, offset: f32) {
         |(), round| {
             let [a, b] = &peers[round % peers.len()];
             time(|| {
-                let pairs = a.bvh().leaf_pairs(b.bvh(), |a, b| a.intersects(b));
+                let pairs = a.bvh().leaf_pairs(b.bvh(), BvhNode::intersects);
                 let mut tested = 0;
                 let touch = |&(i, j): &(u32, u32)| {
                     let (a, b) = (a.triangle(i), b.triangle(j));
