@@ -9,6 +9,8 @@
 //! nearer and farther, Space holds the ring still. The text tells how many pairs of triangles touch, how long the curve
 //! is, and how many microseconds it took to find out.
 
+#[path = "shared/panel.rs"]
+mod panel;
 #[path = "shared/picture.rs"]
 mod picture;
 mod shared;
@@ -27,6 +29,7 @@ use bevy::{
 };
 use bevy_sightline::{geometry::triangle_triangle::TriangleContact, index::MeshBvhs, mesh::TriangleMesh, prelude::*};
 
+use panel::panel;
 use picture::{Daylight, Painter, Picture};
 
 const SKY: Srgba = Srgba::rgb(0.66, 0.79, 0.90);
@@ -157,23 +160,14 @@ impl Meeting {
     }
 }
 
+#[derive(Component)]
+struct Figures;
+
 fn set_up_window(mut commands: Commands, mut gizmos: ResMut<GizmoConfigStore>) {
     let (config, _) = gizmos.config_mut::<DefaultGizmoConfigGroup>();
     config.line.width = 4.0;
     config.depth_bias = -0.001;
-    commands.spawn((
-        Node {
-            position_type: PositionType::Absolute,
-            left: px(12),
-            top: px(12),
-            padding: UiRect::axes(px(12), px(8)),
-            border_radius: BorderRadius::all(px(6)),
-            ..default()
-        },
-        BackgroundColor(Color::srgba(0.05, 0.08, 0.12, 0.75)),
-        Pickable::IGNORE,
-        children![(Text::default(), TextFont::from_font_size(15.0), Pickable::IGNORE)],
-    ));
+    commands.spawn(panel(Figures, ""));
 }
 
 fn spin(
@@ -188,7 +182,7 @@ fn spin(
     }
 }
 
-fn tell(meeting: Res<Meeting>, mut text: Single<&mut Text>) {
+fn tell(meeting: Res<Meeting>, mut text: Single<&mut Text, With<Figures>>) {
     text.0 = format!(
         "{} pairs of triangles touch, along {:.2} m\nfound in {:.0} microseconds\n\
          drag the ring or the statue; wheel: nearer, farther; space: hold still",

@@ -16,6 +16,18 @@ const KINDS: [BoundingKind; 4] = [
     BoundingKind::Hull,
 ];
 
+/// Rays hit an entity alike with every kind of volume, and often enough.
+fn assert_kinds_agree(app: &mut App, entity: Entity, rays: &[Ray3d]) {
+    let hits = |app: &mut App| -> Vec<Option<RayHit>> { rays.iter().map(|ray| cast(app, *ray)).collect() };
+    let plain = hits(app);
+    assert!(plain.iter().flatten().count() > 100);
+    for kind in KINDS {
+        app.world_mut().entity_mut(entity).insert(BoundedBy(kind));
+        settle(app);
+        assert_eq!(hits(app), plain, "{kind:?}");
+    }
+}
+
 #[test]
 fn the_kind_of_volume_changes_no_hit() {
     let mut rng = rng(5);
@@ -33,14 +45,7 @@ fn the_kind_of_volume_changes_no_hit() {
             std::iter::repeat_with(|| ray_towards(*random_dir(&mut rng) * 5.0, random_point(&mut rng, 1.0)))
                 .take(2000)
                 .collect();
-        let plain: Vec<Option<RayHit>> = rays.iter().map(|ray| cast(&mut app, *ray)).collect();
-        assert!(plain.iter().flatten().count() > 100);
-        for kind in KINDS {
-            app.world_mut().entity_mut(entity).insert(BoundedBy(kind));
-            settle(&mut app);
-            let bounded: Vec<Option<RayHit>> = rays.iter().map(|ray| cast(&mut app, *ray)).collect();
-            assert_eq!(bounded, plain, "{kind:?}");
-        }
+        assert_kinds_agree(&mut app, entity, &rays);
     }
 }
 
@@ -62,14 +67,7 @@ fn rays_from_afar_at_the_rim_of_a_mesh_hit_alike_with_every_kind() {
                 ray_towards(target + *random_dir(&mut rng) * distance, target)
             })
             .collect();
-        let plain: Vec<Option<RayHit>> = rays.iter().map(|ray| cast(&mut app, *ray)).collect();
-        assert!(plain.iter().flatten().count() > 100);
-        for kind in KINDS {
-            app.world_mut().entity_mut(entity).insert(BoundedBy(kind));
-            settle(&mut app);
-            let bounded: Vec<Option<RayHit>> = rays.iter().map(|ray| cast(&mut app, *ray)).collect();
-            assert_eq!(bounded, plain, "{kind:?}");
-        }
+        assert_kinds_agree(&mut app, entity, &rays);
     }
 }
 

@@ -10,6 +10,8 @@
 //! breathes. The table tells how much larger each volume is than the hull, and what its ray test costs.
 
 mod measure;
+#[path = "../shared/panel.rs"]
+mod panel;
 #[path = "../shared/picture.rs"]
 mod picture;
 #[path = "../shared/mod.rs"]

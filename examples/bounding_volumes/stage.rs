@@ -8,7 +8,10 @@ use bevy::{
 };
 use bevy_sightline::geometry::volume::BoundingKind;
 
-use crate::measure::{KINDS, Measured};
+use crate::{
+    measure::{KINDS, Measured},
+    panel::panel,
+};
 
 pub const SKY: Srgba = Srgba::rgb(0.13, 0.16, 0.21);
 pub const TO_SUN: Vec3 = Vec3::new(0.4, 0.9, 0.6);
@@ -216,18 +219,7 @@ fn draw(measured: Option<Res<Measured>>, tables: Query<(&Turntable, &GlobalTrans
 struct Table;
 
 fn spawn_text(mut commands: Commands) {
-    commands.spawn((
-        Node {
-            position_type: PositionType::Absolute,
-            left: px(12),
-            top: px(12),
-            padding: UiRect::axes(px(12), px(8)),
-            border_radius: BorderRadius::all(px(6)),
-            ..default()
-        },
-        BackgroundColor(Color::srgba(0.05, 0.08, 0.12, 0.75)),
-        children![(Table, Text::new("loading"), TextFont::from_font_size(15.0))],
-    ));
+    commands.spawn(panel(Table, "loading"));
 }
 
 fn tell(measured: Option<Res<Measured>>, mut text: Single<&mut Text, With<Table>>) {

@@ -12,7 +12,10 @@ use bevy::{
 };
 use bevy_sightline::prelude::*;
 
-use crate::scenery::{Ground, Models};
+use crate::{
+    panel::panel,
+    scenery::{Ground, Models},
+};
 
 /// Under the pointer.
 #[derive(Component)]
@@ -156,24 +159,7 @@ fn highlight(
 struct HitText;
 
 fn spawn_text(mut commands: Commands) {
-    commands.spawn((
-        Node {
-            position_type: PositionType::Absolute,
-            left: px(12),
-            top: px(12),
-            padding: UiRect::axes(px(12), px(8)),
-            border_radius: BorderRadius::all(px(6)),
-            ..default()
-        },
-        BackgroundColor(Color::srgba(0.05, 0.08, 0.12, 0.75)),
-        Pickable::IGNORE,
-        children![(
-            HitText,
-            Text::new("Move the mouse over the city."),
-            TextFont::from_font_size(15.0),
-            Pickable::IGNORE,
-        )],
-    ));
+    commands.spawn(panel(HitText, "Move the mouse over the city."));
 }
 
 /// Asks again what the picking backend has found, to measure how long that takes.

@@ -18,6 +18,8 @@
 mod headless;
 mod interaction;
 mod options;
+#[path = "../shared/panel.rs"]
+mod panel;
 mod picture;
 mod plan;
 #[path = "../shared/pointer.rs"]
