@@ -1,5 +1,6 @@
-//! Every tolerance of the crate, each with its unit and its reason. All are relative: nothing here knows how large a
-//! metre is.
+//! Every tolerance that shows in an answer, each with its unit and its reason. All are relative: nothing here knows how
+//! large a metre is. Bounds on the rounding of one expression, which only decide when to compute it exactly or how far to
+//! round outward, stand beside it.
 //!
 //! `u` below is the unit roundoff of `f32`, 2⁻²⁴, which is half of [`f32::EPSILON`]; γₙ = n·u / (1 − n·u) bounds the
 //! relative error of n roundings (Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, §3.1).

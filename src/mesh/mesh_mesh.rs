@@ -52,6 +52,11 @@ impl<'a> PlacedMesh<'a> {
         }
     }
 
+    /// A box around the mesh in the world.
+    fn world_box(&self) -> Aabb3d {
+        self.triangles.aabb().transformed_by_affine(&self.world_from_local)
+    }
+
     /// Whether any triangle of this mesh touches a triangle of the other.
     ///
     /// Surfaces are asked, not solids: a mesh wholly inside another does not touch it. Decided exactly for the triangles
@@ -71,6 +76,9 @@ impl<'a> PlacedMesh<'a> {
     /// or, if the transform of this mesh is flat, in the world. There the answer is
     /// [exact](triangle_triangle), and a vertex that several triangles share is one point for all of them.
     pub fn visit_touching(&self, other: &PlacedMesh, mut visit: impl FnMut(&TrianglePair) -> ControlFlow<()>) {
+        if !touch(&self.world_box(), &other.world_box()) {
+            return;
+        }
         let descent = Descent::new(self, other);
         for a in descent.a.parts() {
             for b in descent.b.parts() {
