@@ -20,7 +20,9 @@ pub struct BoundedSurface<V, S> {
 impl<V: Volume, S: Surface> BoundedSurface<V, S> {
     /// The surface in a volume, in the same space.
     ///
-    /// The volume must contain the surface: what sticks out may be missed.
+    /// The volume must contain the surface as the test of that sees it: what sticks out may be missed. A test in single
+    /// precision, as that of a hierarchy of triangles, sees it larger by some units in the last place of the distance of
+    /// the ray: [grow](Volume::grown) the volume by so much.
     pub fn new(volume: V, surface: S) -> Self {
         Self { volume, surface }
     }
