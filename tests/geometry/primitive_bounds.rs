@@ -237,7 +237,8 @@ fn shapes() -> impl Strategy<Value = Sampled> {
                 20..=22 => {
                     let half_angle = (b / 15.0).min(std::f32::consts::PI);
                     let of_arc = Arc2d { radius: a, half_angle };
-                    let end = DVec2::from_angle(PI / 2.0 - f64::from(half_angle)) * f64::from(a);
+                    let (sin, cos) = f64::from(half_angle).sin_cos();
+                    let end = DVec2::new(sin, cos) * f64::from(a);
                     let within = turns().map(|turn| (turn / PI - 1.0) * f64::from(half_angle));
                     let on_arc = within.map(|angle| DVec2::new(angle.sin(), angle.cos()) * f64::from(a));
                     let outline: Vec<DVec2> = on_arc.chain([end]).collect();
