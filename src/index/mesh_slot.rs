@@ -128,8 +128,7 @@ impl MeshSlot {
 
     /// Has rays tested against a volume of the mesh before its triangles are, as soon as the volume is built.
     pub fn bound_by(&mut self, kind: BoundingKind) {
-        // The box is that of the root of the hierarchy.
-        if kind != BoundingKind::Aabb && self.volumes.iter().all(|(known, _)| *known != kind) {
+        if self.volumes.iter().all(|(known, _)| *known != kind) {
             self.volumes.push((kind, self.content.build_volume(kind)));
         }
     }

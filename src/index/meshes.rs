@@ -85,6 +85,10 @@ impl MeshBvhs {
 
     /// Has rays tested against a volume of the mesh before its triangles are, as soon as the volume is built.
     pub(super) fn bound_by(&mut self, id: AssetId<Mesh>, kind: BoundingKind) {
+        // The box is that of the root of the hierarchy: for most entities that move, there is nothing to look up.
+        if kind == BoundingKind::Aabb {
+            return;
+        }
         let slot = self.slots.get_mut(&id).expect("a mesh that was acquired");
         slot.bound_by(kind);
         if slot.is_building() {

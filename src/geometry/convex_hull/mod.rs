@@ -23,7 +23,7 @@ use self::{
 use super::{
     ray::Ray,
     rounding, tolerance,
-    volume::{UnboundablePoints, Volume},
+    volume::{UnboundablePoints, Volume, finite},
 };
 
 /// The convex hull of some points: a polyhedron, or, if the points span no volume, a flat polygon, a segment or a point.
@@ -185,13 +185,7 @@ impl Volume for ConvexHull {
     ///
     /// As [`Volume::enclosing`] says. The hull overflows if a coordinate is larger than an eighth of [`f32::MAX`].
     fn enclosing(points: impl IntoIterator<Item = Vec3A>) -> Result<Self, UnboundablePoints> {
-        let points: Vec<Vec3A> = points.into_iter().collect();
-        if let Some(index) = points.iter().position(|point| !point.is_finite()) {
-            return Err(UnboundablePoints::NotFinite { index });
-        }
-        if points.is_empty() {
-            return Err(UnboundablePoints::Empty);
-        }
+        let points = finite(points)?;
         if !points.iter().copied().all(is_in_range) {
             return Err(UnboundablePoints::Overflow);
         }
