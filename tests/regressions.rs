@@ -23,7 +23,7 @@ use bevy_sightline::{
     },
     mesh::{MeshBvh, PlacedMesh, TriangleMesh},
     prelude::*,
-    spatial::AabbTree,
+    spatial::{AabbTree, SpatialUpdates},
 };
 use rand::Rng;
 

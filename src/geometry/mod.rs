@@ -30,7 +30,7 @@ pub mod intersection;
 pub mod obb;
 pub mod primitive_bounds;
 pub mod ray;
-mod rounding;
+pub(crate) mod rounding;
 pub mod support;
 pub mod surface;
 pub mod sweep;

@@ -93,3 +93,13 @@ pub const ORIENTATION_UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 ///
 /// At 2⁻⁸ the relative error of a determinant is [`ORIENTATION`] / 2⁻⁸ = 2⁻⁴¹.
 pub const WELL_CONDITIONED: f64 = 1.0 / 256.0;
+
+/// Relative slack of the signed distance of a box from a plane, and of a corner of a region, as a fraction of the
+/// magnitudes that were added up: three products and three sums of rounded factors, γ₆, doubled.
+///
+/// Decides only whether what is in a box is looked at one by one, never what is found.
+pub const REGION_PLANE: f32 = 8.0 * f32::EPSILON;
+
+/// How much farther than a moving shape reaches boxes are looked for, as a fraction of the largest coordinate of the
+/// shape: [`SWEEP_CONTACT`], rounded up to where `f32` tells the difference.
+pub const SWEEP_REACH: f32 = f32::EPSILON;

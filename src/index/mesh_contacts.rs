@@ -55,7 +55,7 @@ impl SceneQuery<'_, '_> {
         let (Some(mesh), Some(aabb)) = (self.placed_mesh(entity), self.index().aabb(entity)) else {
             return;
         };
-        self.index().tree().visit_aabb(&aabb, |key| {
+        self.index().tree().visit_region(&aabb, |key| {
             let other = (key.entity != entity).then_some(key);
             let other = other.and_then(|key| self.accept(key, settings));
             let touches = |other: &Entity| self.placed_mesh(*other).is_some_and(|other| mesh.intersects(&other));

@@ -26,7 +26,7 @@ use crate::{
         surface::SurfaceHit,
     },
     mesh::TriangleHit,
-    spatial::{RayVisit, SpatialQueries},
+    spatial::{SpatialQueries, Visit},
 };
 
 /// Asks what a ray hits and what is where, in world space.
@@ -93,18 +93,18 @@ impl SceneQuery<'_, '_> {
         self.index.tree().visit_ray(&ray, |key, _| {
             let hit = self.hit_surface(key, &rest, settings);
             let Some(hit) = hit.filter(|hit| self.confirm(hit.entity, settings)) else {
-                return RayVisit::Continue;
+                return Visit::Continue;
             };
             let Some(ray_hit) = self.ray_hit(&ray, &hit) else {
-                return RayVisit::Continue;
+                return Visit::Continue;
             };
             hits.push(ray_hit);
             if !blocks(hit.entity) {
-                return RayVisit::Continue;
+                return Visit::Continue;
             }
             blocked_at = blocked_at.min(ray_hit.distance);
             rest = rest.with_t_max(hit.t());
-            RayVisit::Shorten(hit.t())
+            Visit::Shorten(hit.t())
         });
         hits.retain(|hit| hit.distance <= blocked_at);
         hits.sort_unstable_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.entity.cmp(&b.entity)));
@@ -138,7 +138,7 @@ impl SceneQuery<'_, '_> {
     /// `max_distance` and `backfaces` of the settings do not matter.
     pub fn overlap_aabb(&self, aabb: &Aabb3d, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         entities.clear();
-        self.index.tree().visit_aabb(aabb, |key| {
+        self.index.tree().visit_region(aabb, |key| {
             entities.extend(self.accept(key, settings));
             ControlFlow::Continue(())
         });
@@ -150,7 +150,7 @@ impl SceneQuery<'_, '_> {
     /// `max_distance` and `backfaces` of the settings do not matter.
     pub fn overlap_sphere(&self, sphere: &BoundingSphere, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         entities.clear();
-        self.index.tree().visit_sphere(sphere, |key| {
+        self.index.tree().visit_region(sphere, |key| {
             entities.extend(self.accept(key, settings));
             ControlFlow::Continue(())
         });

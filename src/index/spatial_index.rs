@@ -17,7 +17,7 @@ use crate::{
         ray::{Ray, triangle::Backfaces},
         volume::BoundingKind,
     },
-    spatial::{AabbTree, LeafId, SpatialQueries, aabb_tree::BrokenInvariant},
+    spatial::{AabbTree, LeafId, SpatialQueries, SpatialUpdates, aabb_tree::BrokenInvariant},
 };
 
 /// All indexed entities in a tree of their world boxes, as of the last

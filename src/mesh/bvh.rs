@@ -14,9 +14,10 @@ use crate::{
         surface::{Surface, SurfaceHit},
     },
     spatial::{
-        RayVisit,
-        binned_sah::BuildItem,
-        wide::{self, WideNode},
+        BuildStrategy, Visit,
+        build::{BuildItem, Builder},
+        traverse::{Entering, visit_in_order},
+        wide::{EVERY_MASK, WideNode},
     },
 };
 
@@ -41,17 +42,20 @@ impl MeshBvh {
     /// Builds the hierarchy top down by the binned surface area heuristic, in O(n log n).
     pub fn build(mesh: &TriangleMesh) -> Self {
         let mut items: Vec<BuildItem> = (0..mesh.len() as u32)
-            .map(|index| BuildItem {
-                aabb: mesh.triangle_box(index),
-                index,
-            })
+            .map(|index| BuildItem::new(&mesh.triangle_box(index), EVERY_MASK, index))
             .collect();
-        let nodes = wide::build(&mut items, LEAF_SIZE, |items, first, _, _| {
-            pack_slots(first as u32, items.len() as u32)
-        });
+        let mut nodes = Vec::new();
+        Builder::default().build(
+            BuildStrategy::BinnedSah,
+            LEAF_SIZE,
+            &mut items,
+            &mut nodes,
+            |items, first, _, _| pack_slots(first as u32, items.len() as u32),
+            |_, _, _| {},
+        );
         Self {
             nodes,
-            mesh: mesh.reordered(items.iter().map(|item| item.index)),
+            mesh: mesh.reordered(items.iter().map(BuildItem::index)),
         }
     }
 
@@ -68,7 +72,7 @@ impl MeshBvh {
     pub fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<TriangleHit> {
         let triangle_ray = TriangleRay::new(ray);
         let mut closest: Option<TriangleHit> = None;
-        wide::visit_ray(&self.nodes, 0, ray, |leaf, _| {
+        self.visit_ray(ray, |leaf| {
             for slot in unpack_slots(leaf) {
                 let t_max = closest.map_or(ray.t_max(), |hit| hit.t);
                 let corners = self.mesh.corners(slot);
@@ -76,7 +80,7 @@ impl MeshBvh {
                     closest = nearer(closest, self.mesh.hit(slot, hit));
                 }
             }
-            closest.map_or(RayVisit::Continue, |hit| RayVisit::Shorten(hit.t))
+            closest.map_or(Visit::Continue, |hit| Visit::Shorten(hit.t))
         });
         closest
     }
@@ -85,15 +89,21 @@ impl MeshBvh {
     pub fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         let triangle_ray = TriangleRay::new(ray);
         let mut found = false;
-        wide::visit_ray(&self.nodes, 0, ray, |leaf, _| {
+        self.visit_ray(ray, |leaf| {
             found = unpack_slots(leaf).any(|slot| {
                 let corners = self.mesh.corners(slot);
                 let hit = triangle_ray.triangle_intersection(corners, ray.t_max(), backfaces);
                 hit.is_some()
             });
-            if found { RayVisit::Stop } else { RayVisit::Continue }
+            if found { Visit::Stop } else { Visit::Continue }
         });
         found
+    }
+
+    /// Visits the leaves that the ray enters, near ones first.
+    fn visit_ray(&self, ray: &Ray, mut visit: impl FnMut(u32) -> Visit) {
+        let approach = Entering::new(ray);
+        visit_in_order(&self.nodes, 0, EVERY_MASK, ray.t_max(), approach, |leaf, _| visit(leaf));
     }
 }
 

@@ -21,7 +21,7 @@ use crate::{
         triangle_triangle::{self, TriangleContact},
         volume::Volume,
     },
-    spatial::wide::{Child, WideNode},
+    spatial::wide::{Child, EVERY_MASK, WideNode},
 };
 
 /// The triangles of a mesh somewhere in the world.
@@ -265,7 +265,7 @@ impl Side<'_> {
         }
         let mut placed = WideNode::EMPTY;
         for (aabb, child) in node.lanes() {
-            placed.push(&self.place(&aabb), child);
+            placed.push(&self.place(&aabb), EVERY_MASK, child);
         }
         Cow::Owned(placed)
     }

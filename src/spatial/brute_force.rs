@@ -2,9 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use bevy::math::bounding::{Aabb3d, BoundingSphere, IntersectsVolume};
+use bevy::math::{Vec3A, bounding::Aabb3d};
 
-use super::{RayVisit, SpatialQueries, UnsoundBox};
+use super::{
+    LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, UnsoundBox, UpdateError, Visit, leaves::Leaves,
+    region::distance_squared,
+};
 use crate::geometry::{
     aabb::{Aabb3dExt, union},
     ray::Ray,
@@ -12,77 +15,131 @@ use crate::geometry::{
 
 /// A list of boxes with their keys, searched from end to end.
 ///
-/// Too simple to be wrong: the other structures are tested against it.
-#[derive(Clone, Debug, Default)]
+/// Too simple to be wrong: the other structures are tested against it. Pairs take O(n²).
+#[derive(Clone, Debug)]
 pub struct BruteForce<K> {
-    boxes: Vec<(K, Aabb3d)>,
+    leaves: Leaves<K, Aabb3d>,
 }
 
-impl<K: Copy + Eq> BruteForce<K> {
+impl<K> Default for BruteForce<K> {
+    fn default() -> Self {
+        Self {
+            leaves: Leaves::default(),
+        }
+    }
+}
+
+impl<K: Copy> BruteForce<K> {
     /// No boxes.
     pub fn new() -> Self {
-        Self { boxes: Vec::new() }
+        Self::default()
     }
 
-    /// Stores `aabb` under `key`, in place of the box that was there.
-    ///
-    /// # Errors
-    ///
-    /// If the box is not [sound](Aabb3dExt::is_sound); the old one stays.
-    pub fn set(&mut self, key: K, aabb: Aabb3d) -> Result<(), UnsoundBox> {
-        if !aabb.is_sound() {
-            return Err(UnsoundBox(aabb));
+    fn boxes(&self) -> impl Iterator<Item = (K, Aabb3d)> + Clone + '_ {
+        let live = (0..self.leaves.capacity() as u32).filter(|&index| self.leaves.is_live(index));
+        live.map(|index| (self.leaves.key_at(index), self.leaves.place_at(index)))
+    }
+
+    /// Visits what `test` is true for, up to a limit that visits may lower.
+    fn visit_within(
+        &self,
+        mut limit: f32,
+        test: impl Fn(&Aabb3d) -> Option<f32>,
+        mut visit: impl FnMut(K, f32) -> Visit,
+    ) {
+        for (key, aabb) in self.boxes() {
+            let Some(at) = test(&aabb).filter(|&at| at <= limit) else {
+                continue;
+            };
+            match visit(key, at) {
+                Visit::Continue => {}
+                Visit::Shorten(to) => limit = limit.min(to),
+                Visit::Stop => return,
+            }
         }
-        match self.boxes.iter_mut().find(|(k, _)| *k == key) {
-            Some((_, old)) => *old = aabb,
-            None => self.boxes.push((key, aabb)),
-        }
-        Ok(())
+    }
+}
+
+impl<K: Copy> SpatialQueries<K> for BruteForce<K> {
+    fn len(&self) -> usize {
+        self.leaves.len()
     }
 
-    /// Removes and returns the box under `key`.
-    pub fn remove(&mut self, key: K) -> Option<Aabb3d> {
-        let index = self.boxes.iter().position(|(k, _)| *k == key)?;
-        Some(self.boxes.swap_remove(index).1)
+    fn bounds(&self) -> Option<Aabb3d> {
+        self.boxes().map(|(_, aabb)| aabb).reduce(|a, b| union(&a, &b))
     }
 
-    fn visit(&self, touches: impl Fn(&Aabb3d) -> bool, mut visit: impl FnMut(K) -> ControlFlow<()>) {
-        for (key, aabb) in &self.boxes {
-            if touches(aabb) && visit(*key).is_break() {
+    fn memory(&self) -> usize {
+        self.leaves.memory()
+    }
+
+    fn visit_all(&self, mut visit: impl FnMut(K, &Aabb3d)) {
+        self.boxes().for_each(|(key, aabb)| visit(key, &aabb));
+    }
+
+    fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) {
+        self.visit_within(ray.t_max(), |aabb| ray.aabb_intersection_at(aabb), visit);
+    }
+
+    fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {
+        self.visit_within(sweep.ray().t_max(), |aabb| sweep.intersection_at(aabb), visit);
+    }
+
+    fn visit_region<R: Region>(&self, region: &R, mut visit: impl FnMut(K) -> ControlFlow<()>) {
+        for (key, aabb) in self.boxes() {
+            if region.touches(&aabb) && visit(key).is_break() {
                 return;
             }
         }
     }
-}
 
-impl<K: Copy + Eq> SpatialQueries<K> for BruteForce<K> {
-    fn len(&self) -> usize {
-        self.boxes.len()
+    fn visit_near(&self, point: Vec3A, max_distance: f32, visit: impl FnMut(K, f32) -> Visit) {
+        let test = |aabb: &Aabb3d| Some(distance_squared(point, aabb));
+        self.visit_within(max_distance * max_distance, test, visit);
     }
 
-    fn bounds(&self) -> Option<Aabb3d> {
-        self.boxes.iter().map(|(_, aabb)| *aabb).reduce(|a, b| union(&a, &b))
-    }
-
-    fn visit_ray(&self, ray: &Ray, mut visit: impl FnMut(K, f32) -> RayVisit) {
-        let mut rest = *ray;
-        for (key, aabb) in &self.boxes {
-            let Some(enter) = rest.aabb_intersection_at(aabb) else {
-                continue;
-            };
-            match visit(*key, enter) {
-                RayVisit::Continue => {}
-                RayVisit::Shorten(t) => rest = rest.with_t_max(t.min(rest.t_max())),
-                RayVisit::Stop => return,
+    fn visit_pairs(&self, mut visit: impl FnMut(K, K) -> ControlFlow<()>) {
+        let mut boxes = self.boxes();
+        while let Some((a, a_box)) = boxes.next() {
+            for (b, b_box) in boxes.clone() {
+                if a_box.touches(&b_box) && visit(a, b).is_break() {
+                    return;
+                }
             }
         }
     }
+}
 
-    fn visit_aabb(&self, aabb: &Aabb3d, visit: impl FnMut(K) -> ControlFlow<()>) {
-        self.visit(|stored| stored.intersects(aabb), visit);
+impl<K: Copy> SpatialUpdates<K> for BruteForce<K> {
+    fn insert(&mut self, key: K, aabb: Aabb3d) -> Result<LeafId, UnsoundBox> {
+        if !aabb.is_sound() {
+            return Err(UnsoundBox(aabb));
+        }
+        Ok(self.leaves.add(key, aabb))
     }
 
-    fn visit_sphere(&self, sphere: &BoundingSphere, visit: impl FnMut(K) -> ControlFlow<()>) {
-        self.visit(|stored| stored.intersects(sphere), visit);
+    fn remove(&mut self, id: LeafId) -> Result<K, NoSuchLeaf> {
+        self.leaves.remove(id).map(|(key, _)| key)
+    }
+
+    fn update(&mut self, id: LeafId, aabb: Aabb3d) -> Result<(), UpdateError> {
+        self.leaves.place(id)?;
+        if !aabb.is_sound() {
+            return Err(UnsoundBox(aabb).into());
+        }
+        self.leaves.set_place_at(id.index, aabb);
+        Ok(())
+    }
+
+    fn clear(&mut self) {
+        self.leaves.clear();
+    }
+
+    fn key(&self, id: LeafId) -> Option<K> {
+        self.leaves.key(id)
+    }
+
+    fn aabb(&self, id: LeafId) -> Option<Aabb3d> {
+        self.leaves.place(id).ok()
     }
 }

@@ -9,14 +9,23 @@
 //! whether a key whose box was met is a hit, and what a hit is. See [`SpatialQueries`].
 
 pub mod aabb_tree;
-pub(crate) mod binned_sah;
 pub mod brute_force;
+pub mod build;
+pub(crate) mod leaves;
 pub mod query;
+pub mod region;
+pub(crate) mod simd;
+pub mod sweep;
+pub(crate) mod traverse;
 pub(crate) mod wide;
 
-pub use aabb_tree::{AabbTree, LeafId};
+pub use aabb_tree::AabbTree;
 pub use brute_force::BruteForce;
-pub use query::{RayVisit, SpatialQueries};
+pub use build::BuildStrategy;
+pub use leaves::LeafId;
+pub use query::{Neighbour, SpatialQueries, SpatialUpdates, Visit};
+pub use region::Region;
+pub use sweep::Sweep;
 
 use bevy::math::bounding::Aabb3d;
 
@@ -29,3 +38,14 @@ pub struct UnsoundBox(pub Aabb3d);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no such leaf: it was removed, or belongs to another structure")]
 pub struct NoSuchLeaf;
+
+/// Why a leaf was not moved.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum UpdateError {
+    /// The new box is not sound.
+    #[error(transparent)]
+    UnsoundBox(#[from] UnsoundBox),
+    /// There is no such leaf.
+    #[error(transparent)]
+    NoSuchLeaf(#[from] NoSuchLeaf),
+}

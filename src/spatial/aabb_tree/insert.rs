@@ -3,7 +3,7 @@
 use bevy::math::bounding::{Aabb3d, BoundingVolume};
 use smallvec::SmallVec;
 
-use super::{AabbTree, Place};
+use super::{AabbTree, NodeLink, Place, quality::area};
 use crate::{
     geometry::aabb::{EMPTY, union},
     spatial::wide::{Child, LANES, NodeIndex, WideNode},
@@ -12,162 +12,190 @@ use crate::{
 /// A node that overflows is split so that each half keeps at least this many.
 const LEAST_FILL: usize = 3;
 
+/// A child with its box and its mask.
+type Entry = (Aabb3d, u32, Child);
+
 impl<K: Copy> AabbTree<K> {
-    /// Puts a leaf that is not in the tree into it, with the box `aabb`.
-    pub(super) fn link(&mut self, leaf: u32, aabb: &Aabb3d) {
-        let node = match self.root {
-            Some(root) => self.choose_node(root, aabb),
-            None => {
-                let root = self.add_node();
-                self.root = Some(root);
-                root
-            }
-        };
-        self.add_child(node, aabb, Child::Leaf(leaf));
-    }
-
-    /// The node to put a box into: from the root on, always down the child that grows least in area, as far as that
-    /// is a node.
-    fn choose_node(&self, root: NodeIndex, aabb: &Aabb3d) -> NodeIndex {
-        let mut node = root;
+    /// Puts a leaf that is not in the tree into it: from the root on, always down the child that grows least in area,
+    /// as far as that is a node.
+    pub(super) fn link(&mut self, leaf: u32, aabb: &Aabb3d, mask: u32) {
+        let mut node = self.root.unwrap_or_else(|| {
+            let root = self.add_node();
+            self.root = Some(root);
+            root
+        });
         loop {
-            let least_grown = self.nodes[node as usize]
-                .lanes()
-                .map(|(child_aabb, child)| {
-                    let area = child_aabb.visible_area();
-                    let growth = union(&child_aabb, aabb).visible_area() - area;
-                    (growth, area, child)
-                })
-                .min_by(|a, b| (a.0.total_cmp(&b.0)).then(a.1.total_cmp(&b.1)));
-            match least_grown {
-                Some((_, _, Child::Node(child))) => node = child,
-                _ => return node,
-            }
+            self.links[node as usize].count = 0;
+            let lanes = &mut self.nodes[node as usize];
+            let Some((lane, child)) = least_grown(lanes, aabb) else {
+                break;
+            };
+            lanes.masks[lane] |= mask;
+            let grown = union(&lanes.aabb(lane), aabb);
+            self.fit(Place::new(node, lane), &grown);
+            node = child;
         }
+        self.add_child(node, (*aabb, mask, Child::Leaf(leaf)));
     }
 
-    /// Adds a child to a node, which is split if it is full, and mends everything above.
-    fn add_child(&mut self, node: NodeIndex, aabb: &Aabb3d, child: Child) {
-        if !self.nodes[node as usize].is_full() {
-            let lane = self.nodes[node as usize].push(aabb, child);
-            self.set_place(
-                child,
-                Place {
-                    node,
-                    lane: lane as u32,
-                },
-            );
-            self.refit_above(node);
+    /// Adds a child to a node, which is split if it is full. The boxes above the node hold the child already.
+    fn add_child(&mut self, node: NodeIndex, (aabb, mask, child): Entry) {
+        if let Child::Node(_) = child {
+            self.quality.area += area(&aabb);
+        }
+        let lanes = &mut self.nodes[node as usize];
+        if !lanes.is_full() {
+            let lane = lanes.push(&aabb, mask, child);
+            self.links[node as usize].formed_area = area(&lanes.bounds()) as f32;
+            self.set_place(child, Place::new(node, lane));
             return;
         }
 
         // Share the children out among this node and a new one beside it.
-        let mut children: SmallVec<[(Aabb3d, Child); LANES + 1]> = self.nodes[node as usize].lanes().collect();
-        children.push((*aabb, child));
+        let mut children: SmallVec<[Entry; LANES + 1]> = (lanes.lanes().zip(lanes.masks))
+            .map(|((aabb, child), mask)| (aabb, mask, child))
+            .collect();
+        children.push((aabb, mask, child));
         let second_half = split(&mut children);
         let beside = self.add_node();
-        self.fill(node, &children[..second_half]);
-        self.fill(beside, &children[second_half..]);
+        let node_entry = self.fill(node, &children[..second_half]);
+        let beside_entry = self.fill(beside, &children[second_half..]);
 
-        let beside_bounds = self.nodes[beside as usize].bounds();
-        match self.parents[node as usize] {
-            Some(parent) => {
-                self.refit_above(node);
-                self.add_child(parent.node, &beside_bounds, Child::Node(beside));
-            }
-            None => {
-                let node_bounds = self.nodes[node as usize].bounds();
-                let root = self.add_node();
-                self.fill(
-                    root,
-                    &[(node_bounds, Child::Node(node)), (beside_bounds, Child::Node(beside))],
-                );
-                self.root = Some(root);
-            }
+        let place = self.links[node as usize].parent;
+        if place.is_held() {
+            let (aabb, mask, _) = node_entry;
+            self.fit(place, &aabb);
+            self.nodes[place.node() as usize].masks[place.lane()] = mask;
+            self.add_child(place.node(), beside_entry);
+        } else {
+            let root = self.add_node();
+            self.quality.area += area(&node_entry.0) + area(&beside_entry.0);
+            self.fill(root, &[node_entry, beside_entry]);
+            self.root = Some(root);
         }
     }
 
-    /// Takes a leaf out of the tree.
-    pub(super) fn unlink(&mut self, leaf: u32) {
-        let place = self.leaves[leaf as usize]
-            .place
-            .take()
-            .expect("only a leaf in the tree is unlinked");
-        self.remove_child(place);
-    }
-
-    /// Removes a child of a node, and dissolves the node if fewer than two children are left.
-    fn remove_child(&mut self, Place { node, lane }: Place) {
+    /// Removes a child of a node, dissolves the node if fewer than two children are left, and mends everything above.
+    pub(super) fn remove_child(&mut self, place: Place) {
+        let node = place.node();
+        self.break_slices(node);
         let lanes = &mut self.nodes[node as usize];
-        lanes.swap_remove(lane as usize);
-        if (lane as usize) < lanes.len() {
-            let moved = lanes.child(lane as usize);
-            self.set_place(moved, Place { node, lane });
+        lanes.swap_remove(place.lane());
+        let len = lanes.len();
+        if place.lane() < len {
+            let moved = lanes.child(place.lane());
+            self.set_place(moved, place);
         }
 
         let lanes = &self.nodes[node as usize];
-        match (lanes.len(), self.parents[node as usize]) {
-            (0, None) => {
+        let parent = self.links[node as usize].parent;
+        match len {
+            0 => {
                 self.root = None;
-                self.free_nodes.push(node);
+                self.free_node(node);
             }
-            (1, Some(parent)) => {
+            1 if parent.is_held() => {
                 // The last child takes the place of the node.
-                let (aabb, child) = (lanes.aabb(0), lanes.child(0));
-                self.free_nodes.push(node);
-                self.nodes[parent.node as usize].set(parent.lane as usize, &aabb, child);
+                let (aabb, mask, child) = (lanes.aabb(0), lanes.masks[0], lanes.child(0));
+                self.quality.area -= area(&self.aabb_at(parent));
+                self.free_node(node);
+                self.nodes[parent.node() as usize].set(parent.lane(), &aabb, mask, child);
                 self.set_place(child, parent);
-                self.refit_above(parent.node);
+                self.refit_above(parent.node());
             }
-            (1, None) if let Child::Node(child) = lanes.child(0) => {
-                self.free_nodes.push(node);
-                self.parents[child as usize] = None;
+            1 if let Child::Node(child) = lanes.child(0) => {
+                self.quality.area -= area(&lanes.aabb(0));
+                self.free_node(node);
+                self.links[child as usize].parent = Place::NONE;
                 self.root = Some(child);
             }
             _ => self.refit_above(node),
         }
     }
 
-    /// Gives a node these children and no others.
-    fn fill(&mut self, node: NodeIndex, children: &[(Aabb3d, Child)]) {
-        self.nodes[node as usize] = WideNode::EMPTY;
-        for (lane, (aabb, child)) in (0..).zip(children) {
-            self.nodes[node as usize].push(aabb, *child);
-            self.set_place(*child, Place { node, lane });
+    /// Notes that the keys below a node, and so those below all its ancestors, are no slice any more.
+    fn break_slices(&mut self, node: NodeIndex) {
+        let mut place = Place::new(node, 0);
+        while place.is_held() {
+            let link = &mut self.links[place.node() as usize];
+            if link.count == 0 {
+                return;
+            }
+            link.count = 0;
+            place = link.parent;
         }
+    }
+
+    /// Gives a node these children and no others, and returns it as a child.
+    fn fill(&mut self, node: NodeIndex, children: &[Entry]) -> Entry {
+        self.nodes[node as usize] = WideNode::EMPTY;
+        for (lane, (aabb, mask, child)) in children.iter().enumerate() {
+            self.nodes[node as usize].push(aabb, *mask, *child);
+            self.set_place(*child, Place::new(node, lane));
+        }
+        let lanes = &self.nodes[node as usize];
+        let (aabb, mask) = (lanes.bounds(), lanes.mask());
+        self.links[node as usize].formed_area = area(&aabb) as f32;
+        (aabb, mask, Child::Node(node))
     }
 
     fn set_place(&mut self, child: Child, place: Place) {
         match child {
-            Child::Node(node) => self.parents[node as usize] = Some(place),
-            Child::Leaf(leaf) => self.leaves[leaf as usize].place = Some(place),
+            Child::Node(node) => self.links[node as usize].parent = place,
+            Child::Leaf(leaf) => self.leaves.set_place_at(leaf, place),
         }
     }
 
     /// An empty node without a parent.
     fn add_node(&mut self) -> NodeIndex {
+        let link = NodeLink {
+            parent: Place::NONE,
+            first: 0,
+            count: 0,
+            formed_area: 0.0,
+        };
         match self.free_nodes.pop() {
             Some(index) => {
-                self.nodes[index as usize] = WideNode::EMPTY;
-                self.parents[index as usize] = None;
+                self.links[index as usize] = link;
                 index
             }
             None => {
                 self.nodes.push(WideNode::EMPTY);
-                self.parents.push(None);
+                self.links.push(link);
                 (self.nodes.len() - 1) as NodeIndex
             }
         }
+    }
+
+    fn free_node(&mut self, node: NodeIndex) {
+        self.nodes[node as usize] = WideNode::EMPTY;
+        self.free_nodes.push(node);
+    }
+}
+
+/// The child that grows least in area when it takes in `aabb`, of those that grow alike the smaller one, if it is a node.
+fn least_grown(lanes: &WideNode, aabb: &Aabb3d) -> Option<(usize, NodeIndex)> {
+    let mut least = (f32::INFINITY, f32::INFINITY, 0);
+    for lane in 0..lanes.len() {
+        let lane_box = lanes.aabb(lane);
+        let area = lane_box.visible_area();
+        let growth = union(&lane_box, aabb).visible_area() - area;
+        if lane == 0 || (growth, area) < (least.0, least.1) {
+            least = (growth, area, lane);
+        }
+    }
+    match lanes.children[least.2].node() {
+        Some(node) if lanes.len() > 0 => Some((least.2, node)),
+        _ => None,
     }
 }
 
 /// Orders the children of an overflowing node so that those before and those after the returned index have the least
 /// area between them, among all cuts across an axis.
-fn split(children: &mut [(Aabb3d, Child)]) -> usize {
-    let by_axis =
-        |axis: usize| move |a: &(Aabb3d, Child), b: &(Aabb3d, Child)| a.0.center()[axis].total_cmp(&b.0.center()[axis]);
-    let area = |part: &[(Aabb3d, Child)]| {
-        let bounds = part.iter().fold(EMPTY, |bounds, (aabb, _)| union(&bounds, aabb));
+fn split(children: &mut [Entry]) -> usize {
+    let by_axis = |axis: usize| move |a: &Entry, b: &Entry| a.0.center()[axis].total_cmp(&b.0.center()[axis]);
+    let area = |part: &[Entry]| {
+        let bounds = part.iter().fold(EMPTY, |bounds, (aabb, ..)| union(&bounds, aabb));
         bounds.visible_area() * part.len() as f32
     };
     let mut best = (f32::INFINITY, 0, children.len() / 2);

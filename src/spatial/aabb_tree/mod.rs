@@ -1,172 +1,171 @@
 //! A dynamic tree of axis-aligned boxes.
 //!
 //! A bounding volume hierarchy (Ericson, *Real-Time Collision Detection*, 2005, §6) with nodes of eight children, as an
-//! R-tree has them (Guttman 1984). It is built at once from many boxes ([`AabbTree::insert_many`]), or grows and shrinks
-//! one by one ([`AabbTree::insert`]); either way surface areas decide what goes together.
+//! R-tree has them (Guttman 1984). It is built at once from many boxes, or grows and shrinks one by one; either way
+//! surface areas decide what goes together.
 //!
-//! # Margins
+//! # Upkeep
 //!
-//! A leaf that moves stays in its node, and the boxes above are fitted to it, until it has left the box that it was
-//! inserted with by a margin: then it is inserted anew, where it belongs by now. Queries always see the exact boxes.
+//! Queries are exact at any time. That they stay fast takes three things, each as cheap as what it mends:
+//!
+//! - A leaf that moves stays in its node, and the boxes above are fitted to it.
+//! - A leaf that makes its node much larger than it was when it was formed is taken out and inserted anew.
+//! - What all this adds up to is watched, and [`optimize`](AabbTree::optimize) builds the tree anew when its nodes have
+//!   become noticeably larger than they were.
 
 mod build;
 mod insert;
+mod masked;
+mod quality;
 mod refit;
 mod traverse;
 mod validate;
 
+pub use masked::Masked;
 pub use validate::BrokenInvariant;
 
-use bevy::math::{
-    Vec3A,
-    bounding::{Aabb3d, BoundingVolume},
-};
+use bevy::math::bounding::Aabb3d;
 
 use super::{
-    NoSuchLeaf, UnsoundBox,
-    wide::{NodeIndex, WideNode},
+    LeafId, NoSuchLeaf, SpatialUpdates, UnsoundBox, UpdateError,
+    build::{BuildItem, Builder, sah_cost},
+    leaves::Leaves,
+    wide::{EVERY_MASK, NodeIndex, WideNode},
 };
 use crate::geometry::aabb::Aabb3dExt;
-
-/// A leaf of one [`AabbTree`]. Stays valid until the leaf is removed, whatever happens to other leaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct LeafId {
-    index: u32,
-    /// Counts the leaves that had this index before, so that a stale id is known as such.
-    generation: u32,
-}
+use quality::Quality;
 
 /// A dynamic tree of axis-aligned boxes, each with a key of type `K`. See the [module](self).
 ///
-/// Holds up to 2³¹ leaves.
+/// Holds up to 2²⁹ leaves.
 #[derive(Clone, Debug)]
 pub struct AabbTree<K> {
     nodes: Vec<WideNode>,
-    /// Where each node is held; `None` for the root.
-    parents: Vec<Option<Place>>,
+    /// What is known of each node besides.
+    links: Vec<NodeLink>,
     free_nodes: Vec<NodeIndex>,
-    leaves: Vec<Leaf>,
-    /// The key of each leaf: apart from the rest, for queries need nothing else.
-    keys: Vec<K>,
-    free_leaves: Vec<u32>,
     root: Option<NodeIndex>,
-    margin: f32,
+    leaves: Leaves<K, Place>,
+    /// The keys of all leaves as the last build has put them: what is below a node is one slice.
+    ordered: Vec<K>,
+    quality: Quality,
+    scratch: Scratch,
 }
 
 /// A lane of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Place {
-    node: NodeIndex,
-    lane: u32,
+struct Place(u32);
+
+impl Place {
+    /// The place of a root.
+    const NONE: Self = Self(u32::MAX);
+
+    #[inline]
+    fn new(node: NodeIndex, lane: usize) -> Self {
+        debug_assert!(node < u32::MAX >> 3 && lane < 8);
+        Self(node << 3 | lane as u32)
+    }
+
+    #[inline]
+    fn node(self) -> NodeIndex {
+        self.0 >> 3
+    }
+
+    #[inline]
+    fn lane(self) -> usize {
+        (self.0 & 7) as usize
+    }
 }
 
+/// What belongs to a node and queries seldom need.
 #[derive(Clone, Copy, Debug)]
-struct Leaf {
-    /// `None` while the leaf is not in the tree.
-    place: Option<Place>,
-    generation: u32,
-    /// The leaf is inserted anew when it leaves this box.
-    allowance: Aabb3d,
+struct NodeLink {
+    parent: Place,
+    /// The slice of [`AabbTree::ordered`] with the keys below this node; empty if they are not known as a slice.
+    first: u32,
+    count: u32,
+    /// The area of the box around the children when they were brought together.
+    formed_area: f32,
+}
+
+impl Scratch {
+    fn memory(&self) -> usize {
+        self.dirty.capacity() * size_of::<u64>()
+            + self.strays.capacity() * size_of::<u32>()
+            + self.items.capacity() * size_of::<BuildItem>()
+            + self.builder.memory()
+    }
+}
+
+/// Buffers, kept for their memory.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    /// A bit for each node that is to be fitted to its children.
+    dirty: Vec<u64>,
+    /// Leaves that are to be inserted anew.
+    strays: Vec<u32>,
+    items: Vec<BuildItem>,
+    builder: Builder,
 }
 
 impl<K: Copy> Default for AabbTree<K> {
     fn default() -> Self {
-        Self::new(Self::DEFAULT_MARGIN)
+        Self::new()
     }
 }
 
 impl<K: Copy> AabbTree<K> {
-    /// The margin of [`AabbTree::default`].
-    pub const DEFAULT_MARGIN: f32 = 0.5;
-
-    /// An empty tree. A leaf may move by `margin` times the longest side of its box before it is inserted anew.
-    ///
-    /// # Panics
-    ///
-    /// If `margin` is negative, NaN or infinite.
-    pub fn new(margin: f32) -> Self {
-        assert!(
-            margin >= 0.0 && margin.is_finite(),
-            "the margin must be finite and not negative, not {margin}"
-        );
+    /// An empty tree.
+    pub fn new() -> Self {
         Self {
             nodes: Vec::new(),
-            parents: Vec::new(),
+            links: Vec::new(),
             free_nodes: Vec::new(),
-            leaves: Vec::new(),
-            keys: Vec::new(),
-            free_leaves: Vec::new(),
             root: None,
-            margin,
+            leaves: Leaves::default(),
+            ordered: Vec::new(),
+            quality: Quality::default(),
+            scratch: Scratch::default(),
         }
     }
 
-    /// Adds a leaf.
+    /// Adds a leaf with a mask: the bits that stand for what the leaf is in. Queries through
+    /// [`masked`](Self::masked) pass over whole subtrees by them. Without a bit it is never found; other ways to insert
+    /// set all bits.
     ///
     /// # Errors
     ///
     /// If the box is not [sound](Aabb3dExt::is_sound); the tree stays as it was.
-    pub fn insert(&mut self, key: K, aabb: Aabb3d) -> Result<LeafId, UnsoundBox> {
-        let id = self.add_leaf(key, &aabb)?;
-        self.link(id.index, &aabb);
+    pub fn insert_masked(&mut self, key: K, aabb: Aabb3d, mask: u32) -> Result<LeafId, UnsoundBox> {
+        if !aabb.is_sound() {
+            return Err(UnsoundBox(aabb));
+        }
+        let id = self.leaves.add(key, Place::NONE);
+        self.link(id.index, &aabb, mask);
         Ok(id)
     }
 
-    /// Removes a leaf and returns its key.
+    /// The mask of a leaf, or `None` if there is no such leaf.
+    pub fn mask(&self, id: LeafId) -> Option<u32> {
+        let place = self.leaves.place(id).ok()?;
+        Some(self.nodes[place.node() as usize].masks[place.lane()])
+    }
+
+    /// Gives a leaf another mask.
     ///
     /// # Errors
     ///
     /// If there is no such leaf.
-    pub fn remove(&mut self, id: LeafId) -> Result<K, NoSuchLeaf> {
-        self.place(id)?;
-        self.unlink(id.index);
-        self.retire(id.index);
-        Ok(self.keys[id.index as usize])
-    }
-
-    /// Moves a leaf to a new box.
-    ///
-    /// # Errors
-    ///
-    /// If there is no such leaf, or if the box is not [sound](Aabb3dExt::is_sound): then the old one stays.
-    pub fn update(&mut self, id: LeafId, aabb: Aabb3d) -> Result<(), UpdateError> {
-        let place = self.place(id)?;
-        if !aabb.is_sound() {
-            return Err(UnsoundBox(aabb).into());
-        }
-        if self.leaves[id.index as usize].allowance.contains(&aabb) {
-            self.nodes[place.node as usize].set_aabb(place.lane as usize, &aabb);
-            self.refit_above(place.node);
-        } else {
-            self.unlink(id.index);
-            self.leaves[id.index as usize].allowance = self.allowance(&aabb);
-            self.link(id.index, &aabb);
-        }
+    pub fn set_mask(&mut self, id: LeafId, mask: u32) -> Result<(), NoSuchLeaf> {
+        let place = self.leaves.place(id)?;
+        self.nodes[place.node() as usize].masks[place.lane()] = mask;
+        self.refit_above(place.node());
         Ok(())
     }
 
-    /// Removes all leaves, and keeps the memory.
-    pub fn clear(&mut self) {
-        for index in 0..self.leaves.len() as u32 {
-            if self.leaves[index as usize].place.take().is_some() {
-                self.retire(index);
-            }
-        }
-        self.nodes.clear();
-        self.parents.clear();
-        self.free_nodes.clear();
-        self.root = None;
-    }
-
-    /// The key of a leaf, or `None` if there is no such leaf.
-    pub fn key(&self, id: LeafId) -> Option<K> {
-        self.place(id).ok().map(|_| self.keys[id.index as usize])
-    }
-
-    /// The box of a leaf as it was last given, or `None` if there is no such leaf.
-    pub fn aabb(&self, id: LeafId) -> Option<Aabb3d> {
-        let place = self.place(id).ok()?;
-        Some(self.nodes[place.node as usize].aabb(place.lane as usize))
+    /// The same leaves, of which queries see those that have a bit of `mask`.
+    pub fn masked(&self, mask: u32) -> Masked<'_, K> {
+        Masked { tree: self, mask }
     }
 
     /// The surface area cost: the expected number of boxes that a random ray through the bounds meets.
@@ -174,81 +173,83 @@ impl<K: Copy> AabbTree<K> {
     /// The sum of the areas of all boxes over the area of the bounds (MacDonald and Booth 1990). Zero if the tree is
     /// empty or all its boxes are flat in two directions.
     pub fn sah_cost(&self) -> f32 {
-        let Some(root) = self.root else { return 0.0 };
-        let area = |aabb: &Aabb3d| f64::from(aabb.visible_area());
-        let total: f64 = self
-            .linked_nodes()
-            .flat_map(|node| self.nodes[node as usize].lanes())
-            .map(|(aabb, _)| area(&aabb))
-            .sum();
-        let whole = area(&self.nodes[root as usize].bounds());
-        if whole > 0.0 { (total / whole) as f32 } else { 0.0 }
+        self.root.map_or(0.0, |root| sah_cost(&self.nodes, root) as f32)
     }
 
-    /// Stores a leaf without linking it into the tree.
-    fn add_leaf(&mut self, key: K, aabb: &Aabb3d) -> Result<LeafId, UnsoundBox> {
-        if !aabb.is_sound() {
-            return Err(UnsoundBox(*aabb));
-        }
-        let allowance = self.allowance(aabb);
-        let index = match self.free_leaves.pop() {
-            Some(index) => {
-                self.keys[index as usize] = key;
-                self.leaves[index as usize].allowance = allowance;
-                index
-            }
-            None => {
-                self.keys.push(key);
-                self.leaves.push(Leaf {
-                    place: None,
-                    generation: 0,
-                    allowance,
-                });
-                (self.leaves.len() - 1) as u32
-            }
-        };
-        Ok(LeafId {
-            index,
-            generation: self.leaves[index as usize].generation,
+    /// The number of nodes on the longest way from the root to a leaf.
+    pub fn depth(&self) -> usize {
+        self.linked_nodes().map(|(_, depth)| depth + 1).max().unwrap_or(0)
+    }
+
+    /// Visits every node with its depth, zero for the root, and its box, parents before children.
+    pub fn visit_nodes(&self, mut visit: impl FnMut(usize, &Aabb3d)) {
+        self.linked_nodes()
+            .for_each(|(node, depth)| visit(depth, &self.nodes[node as usize].bounds()));
+    }
+
+    /// All nodes that are in the tree with their depths, parents before children.
+    fn linked_nodes(&self) -> impl Iterator<Item = (NodeIndex, usize)> + '_ {
+        let mut stack: Vec<(NodeIndex, usize)> = self.root.map(|root| (root, 0)).into_iter().collect();
+        std::iter::from_fn(move || {
+            let (node, depth) = stack.pop()?;
+            stack.extend(self.nodes[node as usize].lanes().filter_map(|(_, child)| match child {
+                super::wide::Child::Node(node) => Some((node, depth + 1)),
+                super::wide::Child::Leaf(_) => None,
+            }));
+            Some((node, depth))
         })
     }
 
-    /// Frees the index of a leaf that has been unlinked.
-    fn retire(&mut self, index: u32) {
-        let leaf = &mut self.leaves[index as usize];
-        leaf.generation = leaf.generation.wrapping_add(1);
-        self.free_leaves.push(index);
-    }
-
-    /// Where a leaf may go before it is inserted anew.
-    fn allowance(&self, aabb: &Aabb3d) -> Aabb3d {
-        let margin = Vec3A::splat((aabb.max - aabb.min).max_element() * self.margin);
-        Aabb3d {
-            min: aabb.min - margin,
-            max: aabb.max + margin,
-        }
-    }
-
-    /// Where a leaf is.
-    fn place(&self, id: LeafId) -> Result<Place, NoSuchLeaf> {
-        let leaf = self.leaves.get(id.index as usize).ok_or(NoSuchLeaf)?;
-        let place = leaf.place.filter(|_| leaf.generation == id.generation);
-        place.ok_or(NoSuchLeaf)
-    }
-
-    /// The indices of all leaves that are in the tree.
-    fn linked_leaves(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..self.leaves.len() as u32).filter(|&index| self.leaves[index as usize].place.is_some())
+    /// The box of a leaf that is in the tree.
+    fn aabb_at(&self, place: Place) -> Aabb3d {
+        self.nodes[place.node() as usize].aabb(place.lane())
     }
 }
 
-/// Why a leaf was not moved.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum UpdateError {
-    /// The new box is not sound.
-    #[error(transparent)]
-    UnsoundBox(#[from] UnsoundBox),
-    /// There is no such leaf.
-    #[error(transparent)]
-    NoSuchLeaf(#[from] NoSuchLeaf),
+impl<K: Copy> SpatialUpdates<K> for AabbTree<K> {
+    fn insert(&mut self, key: K, aabb: Aabb3d) -> Result<LeafId, UnsoundBox> {
+        self.insert_masked(key, aabb, EVERY_MASK)
+    }
+
+    /// Builds the whole tree anew where that is cheaper than to insert one by one.
+    fn insert_many(&mut self, leaves: impl IntoIterator<Item = (K, Aabb3d)>) -> Vec<Result<LeafId, UnsoundBox>> {
+        self.insert_many_masked(leaves.into_iter().map(|(key, aabb)| (key, aabb, EVERY_MASK)))
+    }
+
+    fn remove(&mut self, id: LeafId) -> Result<K, NoSuchLeaf> {
+        let (key, place) = self.leaves.remove(id)?;
+        self.remove_child(place);
+        Ok(key)
+    }
+
+    fn update(&mut self, id: LeafId, aabb: Aabb3d) -> Result<(), UpdateError> {
+        let place = self.leaves.place(id)?;
+        if !aabb.is_sound() {
+            return Err(UnsoundBox(aabb).into());
+        }
+        self.refit(place, &aabb);
+        Ok(())
+    }
+
+    fn update_many(&mut self, updates: &[(LeafId, Aabb3d)]) -> Vec<(LeafId, UpdateError)> {
+        self.refit_many(updates)
+    }
+
+    fn clear(&mut self) {
+        self.leaves.clear();
+        self.nodes.clear();
+        self.links.clear();
+        self.free_nodes.clear();
+        self.ordered.clear();
+        self.root = None;
+        self.quality = Quality::default();
+    }
+
+    fn key(&self, id: LeafId) -> Option<K> {
+        self.leaves.key(id)
+    }
+
+    fn aabb(&self, id: LeafId) -> Option<Aabb3d> {
+        self.leaves.place(id).ok().map(|place| self.aabb_at(place))
+    }
 }

@@ -2,72 +2,191 @@
 
 use std::ops::ControlFlow;
 
-use bevy::math::bounding::{Aabb3d, BoundingSphere, IntersectsVolume};
-use smallvec::SmallVec;
+use bevy::math::{Vec3A, bounding::Aabb3d};
 
-use super::AabbTree;
+use super::{AabbTree, NodeLink, Place};
 use crate::{
     geometry::ray::Ray,
     spatial::{
-        RayVisit, SpatialQueries,
-        wide::{self, Child, NodeIndex},
+        Region, SpatialQueries, Sweep, Visit,
+        sweep::slack_reach,
+        traverse::{self, Entering, Found, Growing},
+        wide::{Child, EVERY_MASK, LANES, NodeIndex, WideNode},
     },
 };
 
 impl<K: Copy> SpatialQueries<K> for AabbTree<K> {
     fn len(&self) -> usize {
-        self.leaves.len() - self.free_leaves.len()
+        self.leaves.len()
     }
 
     fn bounds(&self) -> Option<Aabb3d> {
         self.root.map(|root| self.nodes[root as usize].bounds())
     }
 
-    fn visit_ray(&self, ray: &Ray, mut visit: impl FnMut(K, f32) -> RayVisit) {
-        if let Some(root) = self.root {
-            wide::visit_ray(&self.nodes, root, ray, |leaf, enter| {
-                visit(self.keys[leaf as usize], enter)
-            });
+    fn memory(&self) -> usize {
+        self.nodes.capacity() * size_of::<WideNode>()
+            + self.links.capacity() * size_of::<NodeLink>()
+            + self.free_nodes.capacity() * size_of::<NodeIndex>()
+            + self.ordered.capacity() * size_of::<K>()
+            + self.leaves.memory()
+            + self.scratch.memory()
+    }
+
+    fn visit_all(&self, mut visit: impl FnMut(K, &Aabb3d)) {
+        for index in self.leaves.live() {
+            visit(self.leaves.key_at(index), &self.aabb_at(self.leaves.place_at(index)));
         }
     }
 
-    fn visit_aabb(&self, aabb: &Aabb3d, visit: impl FnMut(K) -> ControlFlow<()>) {
-        self.visit_touching(|stored| stored.intersects(aabb), visit);
+    #[inline]
+    fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) {
+        self.visit_ray_masked(EVERY_MASK, ray, visit);
     }
 
-    fn visit_sphere(&self, sphere: &BoundingSphere, visit: impl FnMut(K) -> ControlFlow<()>) {
-        self.visit_touching(|stored| stored.intersects(sphere), visit);
+    fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {
+        self.visit_sweep_masked(EVERY_MASK, sweep, visit);
+    }
+
+    #[inline]
+    fn visit_region<R: Region>(&self, region: &R, visit: impl FnMut(K) -> ControlFlow<()>) {
+        self.visit_region_masked(EVERY_MASK, region, visit);
+    }
+
+    #[inline]
+    fn visit_near(&self, point: Vec3A, max_distance: f32, visit: impl FnMut(K, f32) -> Visit) {
+        self.visit_near_masked(EVERY_MASK, point, max_distance, visit);
+    }
+
+    fn visit_pairs(&self, visit: impl FnMut(K, K) -> ControlFlow<()>) {
+        self.visit_pairs_masked(EVERY_MASK, visit);
     }
 }
 
 impl<K: Copy> AabbTree<K> {
-    /// Visits every key whose box `touches`, which must hold for every box around a box for which it holds.
-    fn visit_touching(&self, touches: impl Fn(&Aabb3d) -> bool, mut visit: impl FnMut(K) -> ControlFlow<()>) {
-        let mut stack: SmallVec<[NodeIndex; 64]> = self.root.into_iter().collect();
-        while let Some(node) = stack.pop() {
-            for (_, child) in self.nodes[node as usize].lanes().filter(|(aabb, _)| touches(aabb)) {
-                match child {
-                    Child::Node(node) => stack.push(node),
-                    Child::Leaf(leaf) => {
-                        if visit(self.keys[leaf as usize]).is_break() {
-                            return;
-                        }
-                    }
+    pub(super) fn visit_all_masked(&self, mask: u32, mut visit: impl FnMut(K, &Aabb3d)) {
+        for (node, _) in self.linked_nodes() {
+            let node = &self.nodes[node as usize];
+            for lane in (0..LANES).filter(|&lane| node.masks[lane] & mask != 0) {
+                if let Child::Leaf(leaf) = node.child(lane) {
+                    visit(self.leaves.key_at(leaf), &node.aabb(lane));
                 }
             }
         }
     }
 
-    /// All nodes that are in the tree, parents before children.
-    pub(super) fn linked_nodes(&self) -> impl Iterator<Item = NodeIndex> + '_ {
-        let mut stack: Vec<NodeIndex> = self.root.into_iter().collect();
-        std::iter::from_fn(move || {
-            let node = stack.pop()?;
-            stack.extend(self.nodes[node as usize].lanes().filter_map(|(_, child)| match child {
-                Child::Node(node) => Some(node),
-                Child::Leaf(_) => None,
-            }));
-            Some(node)
-        })
+    #[inline]
+    pub(super) fn visit_ray_masked(&self, mask: u32, ray: &Ray, mut visit: impl FnMut(K, f32) -> Visit) {
+        let Some(root) = self.root else { return };
+        traverse::visit_in_order(&self.nodes, root, mask, ray.t_max(), Entering::new(ray), |leaf, t| {
+            visit(self.leaves.key_at(leaf), t)
+        });
+    }
+
+    pub(super) fn visit_sweep_masked<S: Sweep>(&self, mask: u32, sweep: &S, mut visit: impl FnMut(K, f32) -> Visit) {
+        let Some(root) = self.root else { return };
+        let (ray, reach) = (sweep.ray(), slack_reach(sweep));
+        let mut limit = ray.t_max();
+        traverse::visit_in_order(
+            &self.nodes,
+            root,
+            mask,
+            limit,
+            Entering::grown(ray, reach),
+            |leaf, _| {
+                let aabb = self.aabb_at(self.leaves.place_at(leaf));
+                let Some(t) = sweep.intersection_at(&aabb).filter(|&t| t <= limit) else {
+                    return Visit::Continue;
+                };
+                let wish = visit(self.leaves.key_at(leaf), t);
+                if let Visit::Shorten(t) = wish {
+                    limit = limit.min(t);
+                }
+                wish
+            },
+        );
+    }
+
+    #[inline]
+    pub(super) fn visit_region_masked<R: Region>(
+        &self,
+        mask: u32,
+        region: &R,
+        mut visit: impl FnMut(K) -> ControlFlow<()>,
+    ) {
+        let Some(root) = self.root else { return };
+        traverse::visit_region(&self.nodes, root, mask, &region.outline(), |found| match found {
+            Found::Leaf { leaf, to_test } => {
+                if to_test.is_none_or(|aabb| region.touches(&aabb)) {
+                    visit(self.leaves.key_at(leaf))
+                } else {
+                    ControlFlow::Continue(())
+                }
+            }
+            Found::Whole(node) => self.visit_whole(node, mask, &mut visit),
+        });
+    }
+
+    /// Visits the keys of all leaves below a node: one slice if nothing was inserted or removed there since the last
+    /// build.
+    #[inline]
+    fn visit_whole(&self, node: NodeIndex, mask: u32, visit: &mut impl FnMut(K) -> ControlFlow<()>) -> ControlFlow<()> {
+        let NodeLink { first, count, .. } = self.links[node as usize];
+        if count == 0 || mask != EVERY_MASK {
+            return traverse::visit_leaves(&self.nodes, node, mask, |leaf| visit(self.leaves.key_at(leaf)));
+        }
+        self.ordered[first as usize..][..count as usize]
+            .iter()
+            .try_for_each(|&key| visit(key))
+    }
+
+    #[inline]
+    pub(super) fn visit_near_masked(
+        &self,
+        mask: u32,
+        point: Vec3A,
+        max_distance: f32,
+        mut visit: impl FnMut(K, f32) -> Visit,
+    ) {
+        let Some(root) = self.root else { return };
+        let limit = max_distance * max_distance;
+        traverse::visit_in_order(
+            &self.nodes,
+            root,
+            mask,
+            limit,
+            Growing { center: point },
+            |leaf, distance| visit(self.leaves.key_at(leaf), distance),
+        );
+    }
+
+    pub(super) fn visit_pairs_masked(&self, mask: u32, mut visit: impl FnMut(K, K) -> ControlFlow<()>) {
+        let Some(root) = self.root else { return };
+        traverse::visit_pairs((&self.nodes, root), None, mask, |a, b| {
+            visit(self.leaves.key_at(a), self.leaves.key_at(b))
+        });
+    }
+
+    /// Visits every pair of a key of this tree and one of another whose boxes touch, in no promised order.
+    ///
+    /// Goes down both trees at once: faster than [`visit_pairs_with`](SpatialQueries::visit_pairs_with), which asks one
+    /// structure for every box of the other.
+    pub fn visit_pairs_with_tree<L: Copy>(&self, other: &AabbTree<L>, mut visit: impl FnMut(K, L) -> ControlFlow<()>) {
+        let (Some(root), Some(other_root)) = (self.root, other.root) else {
+            return;
+        };
+        traverse::visit_pairs(
+            (&self.nodes, root),
+            Some((&other.nodes, other_root)),
+            EVERY_MASK,
+            |a, b| visit(self.leaves.key_at(a), other.leaves.key_at(b)),
+        );
+    }
+}
+
+impl Place {
+    /// Whether this is the place of a node or leaf that is held by a node.
+    pub(super) fn is_held(self) -> bool {
+        self != Self::NONE
     }
 }

@@ -1,0 +1,74 @@
+//! How good the tree is by now, compared to how good it was.
+
+use bevy::math::bounding::Aabb3d;
+
+use super::{AabbTree, Place};
+
+/// A tree is built anew when the area of its nodes has grown by this factor.
+const DEGRADED: f64 = 1.08;
+
+/// How large the nodes are, to know when they have become too large.
+///
+/// The area of all nodes is what queries pay: the surface area heuristic without its leaves, which are what they are. It
+/// is watched both as it is and as a multiple of the area of the root, so that neither a scene that contracts nor one that
+/// spreads passes for a good tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Quality {
+    /// The areas of all nodes but the root, together.
+    pub area: f64,
+    /// The least that this has been since the last build.
+    least_area: f64,
+    /// The least that it has been as a multiple of the area of the root.
+    least_ratio: f64,
+}
+
+impl Quality {
+    /// That of a new tree.
+    pub fn of_new(area: f64, root_area: f64) -> Self {
+        Self {
+            area,
+            least_area: area,
+            least_ratio: area / root_area,
+        }
+    }
+
+    /// Whether the nodes have become noticeably larger than they were at their best.
+    fn is_degraded(&mut self, root_area: f64) -> bool {
+        let ratio = self.area / root_area;
+        // In this order a NaN, of a root without area, is passed over.
+        self.least_area = self.area.min(self.least_area);
+        self.least_ratio = ratio.min(self.least_ratio);
+        self.area > DEGRADED * self.least_area || ratio > DEGRADED * self.least_ratio
+    }
+}
+
+impl<K: Copy> AabbTree<K> {
+    /// Keeps queries fast: builds the tree anew if that has become worth it, and returns whether it has.
+    ///
+    /// To be called once in a while, as once per frame; next to free when there is nothing to do. Never needed for
+    /// answers to be right.
+    pub fn optimize(&mut self) -> bool {
+        let Some(root) = self.root else { return false };
+        let root_area = area(&self.nodes[root as usize].bounds());
+        let degraded = self.quality.is_degraded(root_area);
+        if degraded {
+            self.rebuild();
+        }
+        degraded
+    }
+
+    /// Gives a child another box.
+    #[inline]
+    pub(super) fn fit(&mut self, place: Place, aabb: &Aabb3d) {
+        let lanes = &mut self.nodes[place.node() as usize];
+        self.quality.area += area(aabb) - area(&lanes.aabb(place.lane()));
+        lanes.set_aabb(place.lane(), aabb);
+    }
+}
+
+/// Half of the surface of a box.
+#[inline]
+pub(super) fn area(aabb: &Aabb3d) -> f64 {
+    let [x, y, z] = (aabb.max - aabb.min).to_array().map(f64::from);
+    x * y + y * z + z * x
+}
