@@ -8,7 +8,9 @@ use bevy::math::{
 };
 use bevy_sightline::{
     geometry::ray::Ray,
-    spatial::{AabbTree, BruteForce, LeafId, NoSuchLeaf, SpatialQueries, SpatialUpdates, UpdateError, Visit},
+    spatial::{
+        AabbTree, BruteForce, BuildStrategy, LeafId, NoSuchLeaf, SpatialQueries, SpatialUpdates, UpdateError, Visit,
+    },
 };
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -423,4 +425,242 @@ fn sorted_insertion_does_not_turn_the_tree_into_a_list() {
     }
     // A list would cost n / 2; a balanced tree over a line costs about log2(n).
     assert!(tree.sah_cost() < 40.0, "{}", tree.sah_cost());
+}
+
+/// A tree of `n` cubes at random places, its leaves, and the boxes that it was given.
+fn random_tree(n: u32, rng: &mut ChaCha8Rng) -> (Tree, Vec<LeafId>, Vec<Aabb3d>) {
+    let boxes: Vec<Aabb3d> = (0..n).map(|_| cube(random_point(rng, 100.0), 1.0)).collect();
+    let mut tree = Tree::default();
+    let leaves = tree.insert_many((0..).zip(boxes.iter().copied()));
+    (
+        tree,
+        leaves.into_iter().map(|leaf| leaf.expect("sound")).collect(),
+        boxes,
+    )
+}
+
+fn found(structure: &impl SpatialQueries<u32>, region: &Aabb3d) -> Vec<u32> {
+    let mut keys = Vec::new();
+    structure.find_in_region(region, &mut keys);
+    keys.sort_unstable();
+    keys
+}
+
+const EVERYWHERE: Aabb3d = Aabb3d {
+    min: Vec3A::splat(-1e6),
+    max: Vec3A::splat(1e6),
+};
+
+#[test]
+fn a_mask_hides_the_leaves_that_have_none_of_its_bits_from_every_query() {
+    let mut rng = rng(20);
+    let mut tree = Tree::default();
+    let mut oracle = BruteForce::new();
+    let mut leaves = Vec::new();
+    for key in 0..500 {
+        let (aabb, mask) = (random_box(&mut rng), 1 << (key % 3));
+        let leaf = tree.insert_masked(key, aabb, mask).expect("sound");
+        leaves.push(leaf);
+        // Later, every fifth changes sides.
+        let mask = if key % 5 == 0 { 1 } else { mask };
+        if mask & 0b101 != 0 {
+            oracle.insert(key, aabb).expect("sound");
+        }
+    }
+    for leaf in leaves.iter().step_by(5) {
+        tree.set_mask(*leaf, 1).expect("a live leaf");
+    }
+    tree.validate().expect("a whole tree");
+    let view = tree.masked(0b101);
+    assert_eq!(view.len(), oracle.len());
+    assert_eq!(view.bounds(), oracle.bounds());
+    let boxes = |key: u32| tree.aabb(leaves[key as usize]).expect("a live leaf");
+    for _ in 0..200 {
+        let (ray, aabb) = (random_ray(&mut rng), random_box(&mut rng));
+        let sphere = BoundingSphere::new(random_point(&mut rng, 120.0), 30.0);
+        assert_eq!(
+            answers(&view, &ray, &aabb, &sphere, &boxes),
+            answers(&oracle, &ray, &aabb, &sphere, &boxes)
+        );
+    }
+    let pairs = |structure: &dyn Fn(&mut Vec<[u32; 2]>)| {
+        let mut pairs = Vec::new();
+        structure(&mut pairs);
+        pairs.iter_mut().for_each(|pair| pair.sort_unstable());
+        pairs.sort_unstable();
+        pairs
+    };
+    let expected = pairs(&|pairs| {
+        oracle.visit_pairs(|a, b| {
+            pairs.push([a, b]);
+            ControlFlow::Continue(())
+        });
+    });
+    let masked = pairs(&|pairs| {
+        view.visit_pairs(|a, b| {
+            pairs.push([a, b]);
+            ControlFlow::Continue(())
+        });
+    });
+    assert_eq!(masked, expected);
+}
+
+#[test]
+fn a_leaf_without_a_bit_in_its_mask_is_never_found() {
+    let mut tree = Tree::default();
+    tree.insert_masked(1, cube(Vec3::ZERO, 1.0), 0).expect("sound");
+    tree.insert(2, cube(Vec3::ZERO, 1.0)).expect("sound");
+    assert_eq!(found(&tree, &EVERYWHERE), [2]);
+    assert_eq!(tree.validate(), Ok(()));
+}
+
+#[test]
+fn a_tree_that_was_rebuilt_beside_takes_over_all_that_has_changed() {
+    let mut rng = rng(21);
+    let (mut tree, mut leaves, mut boxes) = random_tree(1000, &mut rng);
+    let rebuild = tree.begin_rebuild();
+    let mut alive = vec![true; leaves.len()];
+    for key in (0..1000).step_by(3) {
+        tree.remove(leaves[key]).expect("a live leaf");
+        alive[key] = false;
+    }
+    // The first of these take the numbers of those that are gone.
+    for key in 1000..1600 {
+        boxes.push(cube(random_point(&mut rng, 100.0), 1.0));
+        alive.push(true);
+        leaves.push(tree.insert(key, boxes[key as usize]).expect("sound"));
+    }
+    for key in (1..1600).step_by(7).filter(|&key| alive[key]).collect::<Vec<_>>() {
+        boxes[key] = cube(random_point(&mut rng, 100.0), 2.0);
+        tree.update(leaves[key], boxes[key]).expect("a live leaf");
+        tree.set_mask(leaves[key], 0b100).expect("a live leaf");
+    }
+    let rebuilt = std::thread::spawn(|| rebuild.run()).join().expect("no panic");
+    tree.adopt(rebuilt);
+    assert_eq!(tree.validate(), Ok(()));
+    for key in 0..1600 {
+        let expected = alive[key].then_some(boxes[key]);
+        assert_eq!(tree.aabb(leaves[key]), expected);
+        assert_eq!(tree.key(leaves[key]), alive[key].then_some(key as u32));
+        if alive[key] {
+            assert!(found(&tree, &boxes[key]).contains(&(key as u32)));
+        }
+    }
+    assert_eq!(
+        found(&tree, &EVERYWHERE).len(),
+        alive.iter().filter(|&&alive| alive).count()
+    );
+}
+
+#[test]
+fn a_tree_that_was_cleared_meanwhile_adopts_nothing() {
+    let (mut tree, ..) = random_tree(100, &mut rng(22));
+    let rebuild = tree.begin_rebuild();
+    tree.clear();
+    tree.adopt(rebuild.run());
+    assert!(tree.is_empty());
+    assert_eq!(tree.validate(), Ok(()));
+    assert_eq!(found(&tree, &EVERYWHERE), [0_u32; 0]);
+}
+
+#[test]
+fn leaves_that_teleport_leave_the_tree_as_good_as_new() {
+    let mut rng = rng(23);
+    let (mut tree, leaves, _) = random_tree(2000, &mut rng);
+    for _ in 0..100 {
+        let updates: Vec<_> = (0..20)
+            .map(|_| {
+                let leaf = leaves[rng.random_range(0..leaves.len())];
+                (leaf, cube(random_point(&mut rng, 100.0), 1.0))
+            })
+            .collect();
+        assert_eq!(tree.update_many(&updates), []);
+        tree.optimize();
+    }
+    let worn = tree.sah_cost();
+    tree.rebuild();
+    assert!(worn < 1.1 * tree.sah_cost(), "{worn} instead of {}", tree.sah_cost());
+}
+
+#[test]
+fn leaves_that_drift_leave_the_tree_as_good_as_new() {
+    let mut rng = rng(24);
+    let (mut tree, leaves, mut boxes) = random_tree(2000, &mut rng);
+    let velocities: Vec<Vec3A> = (0..2000).map(|_| random_point(&mut rng, 1.0).into()).collect();
+    for _ in 0..200 {
+        for (aabb, velocity) in boxes.iter_mut().zip(&velocities) {
+            aabb.min += velocity;
+            aabb.max += velocity;
+        }
+        let updates: Vec<_> = leaves.iter().copied().zip(boxes.iter().copied()).collect();
+        assert_eq!(tree.update_many(&updates), []);
+        tree.optimize();
+    }
+    let worn = tree.sah_cost();
+    tree.rebuild();
+    assert!(worn < 1.1 * tree.sah_cost(), "{worn} instead of {}", tree.sah_cost());
+}
+
+#[test]
+fn a_still_tree_is_not_built_anew() {
+    let mut rng = rng(25);
+    let (mut tree, leaves, boxes) = random_tree(1000, &mut rng);
+    for _ in 0..10 {
+        tree.update_many(&leaves.iter().copied().zip(boxes.iter().copied()).collect::<Vec<_>>());
+        assert!(!tree.optimize());
+    }
+}
+
+#[test]
+fn many_updates_are_refused_one_by_one() {
+    let mut rng = rng(26);
+    let (mut tree, leaves, boxes) = random_tree(10, &mut rng);
+    tree.remove(leaves[3]).expect("a live leaf");
+    let nan = Aabb3d {
+        min: Vec3A::NAN,
+        max: Vec3A::ONE,
+    };
+    let moved = cube(Vec3::ONE, 1.0);
+    let refused = tree.update_many(&[(leaves[0], moved), (leaves[3], moved), (leaves[5], nan)]);
+    let refused: Vec<LeafId> = refused.into_iter().map(|(leaf, _)| leaf).collect();
+    assert_eq!(refused, [leaves[3], leaves[5]]);
+    assert_eq!(tree.aabb(leaves[0]), Some(moved));
+    assert_eq!(tree.aabb(leaves[5]), Some(boxes[5]));
+    assert_eq!(tree.validate(), Ok(()));
+}
+
+#[test]
+fn every_strategy_builds_a_whole_tree() {
+    let mut rng = rng(27);
+    let (mut tree, ..) = random_tree(1000, &mut rng);
+    for strategy in [
+        BuildStrategy::MiddleSplit,
+        BuildStrategy::MedianSplit,
+        BuildStrategy::BinnedSah,
+        BuildStrategy::Ploc,
+    ] {
+        tree.rebuild_with(strategy);
+        assert_eq!(tree.validate(), Ok(()), "{strategy:?}");
+        assert_eq!(found(&tree, &EVERYWHERE).len(), 1000, "{strategy:?}");
+    }
+}
+
+#[test]
+fn pairs_of_two_trees_are_found_once_each() {
+    let mut rng = rng(28);
+    let (a, ..) = random_tree(4000, &mut rng);
+    let (b, ..) = random_tree(1000, &mut rng);
+    let (mut by_trees, mut by_boxes) = (Vec::new(), Vec::new());
+    a.visit_pairs_with_tree(&b, |a, b| {
+        by_trees.push((a, b));
+        ControlFlow::Continue(())
+    });
+    a.visit_pairs_with(&b, |a, b| {
+        by_boxes.push((a, b));
+        ControlFlow::Continue(())
+    });
+    by_trees.sort_unstable();
+    by_boxes.sort_unstable();
+    assert!(!by_trees.is_empty());
+    assert_eq!(by_trees, by_boxes);
 }

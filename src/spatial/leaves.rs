@@ -95,6 +95,16 @@ impl<K: Copy, P: Copy> Leaves<K, P> {
         self.generations[index as usize] % 2 == 1
     }
 
+    /// How often the leaf with this index has come and gone.
+    pub fn generation_at(&self, index: u32) -> u32 {
+        self.generations[index as usize]
+    }
+
+    /// The same of all indices.
+    pub fn generations(&self) -> &[u32] {
+        &self.generations
+    }
+
     /// The indices of all leaves, in ascending order.
     pub fn live(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.capacity() as u32).filter(|&index| self.is_live(index))

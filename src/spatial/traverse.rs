@@ -161,26 +161,21 @@ impl<A: Approach, F: FnMut(u32, f32) -> Visit> Task for InOrder<'_, A, F> {
                     let mut met = reached & simd.with_any_bit(&node.masks, self.mask);
                     if met != 0 {
                         let met_at = simd.store(met_at);
-                        let waiting = |lane: usize| {
-                            Waiting::from(met_at[lane].to_bits()) << 32 | Waiting::from(node.children[lane].bits())
-                        };
-                        let mut nearest = waiting(met.trailing_zeros() as usize % LANES);
+                        let lane = met.trailing_zeros() as usize % LANES;
+                        let mut nearest = wait(node, lane, &met_at);
                         met &= met - 1;
                         let first = stack.len();
                         while met != 0 {
-                            let mut other = waiting(met.trailing_zeros() as usize % LANES);
+                            let lane = met.trailing_zeros() as usize % LANES;
+                            let mut other = wait(node, lane, &met_at);
                             met &= met - 1;
-                            if other < nearest {
-                                std::mem::swap(&mut other, &mut nearest);
-                            }
+                            (nearest, other) = (nearest.min(other), nearest.max(other));
                             stack.push(other);
-                        }
-                        sort_far_to_near(&mut stack[first..]);
-                        for &waiting in &stack[first..] {
-                            if let Child::Node(node) = unpack(waiting).1 {
+                            if let Child::Node(node) = node.child(lane) {
                                 prefetch(&self.nodes[node as usize]);
                             }
                         }
+                        sort_far_to_near(&mut stack[first..]);
                         (at, child) = unpack(nearest);
                         continue;
                     }
@@ -200,6 +195,11 @@ impl<A: Approach, F: FnMut(u32, f32) -> Visit> Task for InOrder<'_, A, F> {
             }
         }
     }
+}
+
+#[inline(always)]
+fn wait(node: &WideNode, lane: usize, met_at: &[f32; LANES]) -> Waiting {
+    Waiting::from(met_at[lane].to_bits()) << 32 | Waiting::from(node.children[lane].bits())
 }
 
 #[inline(always)]

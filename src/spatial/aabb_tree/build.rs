@@ -10,8 +10,8 @@ use crate::{
     geometry::aabb::Aabb3dExt,
     spatial::{
         BuildStrategy, LeafId, UnsoundBox,
-        build::BuildItem,
-        wide::{Child, LANES},
+        build::{BuildItem, Builder},
+        wide::WideNode,
     },
 };
 
@@ -40,7 +40,7 @@ impl<K: Copy> AabbTree<K> {
             })
             .collect();
         if items.len() * INSERTION_COST >= self.leaves.len() {
-            self.gather(&mut items);
+            gather(&self.nodes, &mut items);
             self.build(BuildStrategy::default(), &mut items);
         } else {
             for item in &items {
@@ -60,60 +60,36 @@ impl<K: Copy> AabbTree<K> {
     pub fn rebuild_with(&mut self, strategy: BuildStrategy) {
         let mut items = std::mem::take(&mut self.scratch.items);
         items.clear();
-        self.gather(&mut items);
+        gather(&self.nodes, &mut items);
         self.build(strategy, &mut items);
         self.scratch.items = items;
     }
 
-    /// Adds all leaves that are in the tree.
-    fn gather(&self, items: &mut Vec<BuildItem>) {
-        for node in &self.nodes {
-            for lane in 0..LANES {
-                if let Some(leaf) = node.children[lane].leaf() {
-                    items.push(BuildItem::new(&node.aabb(lane), node.masks[lane], leaf));
-                }
-            }
-        }
-    }
-
     /// Replaces all nodes by a hierarchy over these leaves.
     fn build(&mut self, strategy: BuildStrategy, items: &mut Vec<BuildItem>) {
-        let Self {
-            nodes,
-            links,
-            leaves,
-            ordered,
-            ..
-        } = self;
-        links.clear();
-        ordered.clear();
-        self.scratch.builder.build(
+        build_nodes(
+            &mut self.scratch.builder,
             strategy,
-            1,
             items,
-            nodes,
-            |items, _, node, lane| {
-                let leaf = items[0].index();
-                ordered.push(leaves.key_at(leaf));
-                leaves.set_place_at(leaf, Place::new(node, lane));
-                leaf
-            },
-            |_, parent, below| {
-                links.push(NodeLink {
-                    parent: parent.map_or(Place::NONE, |(node, lane)| Place::new(node, lane)),
-                    first: below.start as u32,
-                    count: below.len() as u32,
-                    formed_area: 0.0,
-                });
-            },
+            &mut self.nodes,
+            &mut self.links,
         );
+        self.install(items);
+    }
+
+    /// Brings all else in step with nodes that were built over these leaves, which are in the order of the tree.
+    pub(super) fn install(&mut self, items: &[BuildItem]) {
         self.free_nodes.clear();
         self.root = (!self.nodes.is_empty()).then_some(0);
-
+        self.ordered.clear();
+        self.ordered
+            .extend(items.iter().map(|item| self.leaves.key_at(item.index())));
         let mut node_area = 0.0;
-        for node in &self.nodes {
-            for lane in 0..LANES {
-                if let Child::Node(child) = node.child(lane) {
+        for (index, node) in (0..).zip(&self.nodes) {
+            for (lane, child) in node.children.iter().enumerate() {
+                if let Some(leaf) = child.leaf() {
+                    self.leaves.set_place_at(leaf, Place::new(index, lane));
+                } else if let Some(child) = child.node() {
                     let area = area(&node.aabb(lane));
                     node_area += area;
                     self.links[child as usize].formed_area = area as f32;
@@ -121,6 +97,43 @@ impl<K: Copy> AabbTree<K> {
             }
         }
         let root_area = self.nodes.first().map_or(0.0, |root| area(&root.bounds()));
-        self.quality = Quality::of_new(node_area, root_area);
+        self.quality = Quality::of_new(node_area, root_area, self.nodes.len());
     }
+}
+
+/// Adds all leaves that nodes hold.
+pub(super) fn gather(nodes: &[WideNode], items: &mut Vec<BuildItem>) {
+    for node in nodes {
+        for (lane, child) in node.children.iter().enumerate() {
+            if let Some(leaf) = child.leaf() {
+                items.push(BuildItem::new(&node.aabb(lane), node.masks[lane], leaf));
+            }
+        }
+    }
+}
+
+/// Builds nodes over leaves, which it puts into the order of the tree.
+pub(super) fn build_nodes(
+    builder: &mut Builder,
+    strategy: BuildStrategy,
+    items: &mut Vec<BuildItem>,
+    nodes: &mut Vec<WideNode>,
+    links: &mut Vec<NodeLink>,
+) {
+    links.clear();
+    builder.build(
+        strategy,
+        1,
+        items,
+        nodes,
+        |items, _, _, _| items[0].index(),
+        |_, parent, below| {
+            links.push(NodeLink {
+                parent: parent.map_or(Place::NONE, |(node, lane)| Place::new(node, lane)),
+                first: below.start as u32,
+                count: below.len() as u32,
+                formed_area: 0.0,
+            });
+        },
+    );
 }

@@ -12,28 +12,52 @@ use crate::{
 /// A node that overflows is split so that each half keeps at least this many.
 const LEAST_FILL: usize = 3;
 
+/// Leaves do not share nodes deeper than this, which is twice the depth of a full tree.
+const MOST_SHARED: usize = 20;
+
 /// A child with its box and its mask.
 type Entry = (Aabb3d, u32, Child);
 
 impl<K: Copy> AabbTree<K> {
-    /// Puts a leaf that is not in the tree into it: from the root on, always down the child that grows least in area,
-    /// as far as that is a node.
+    /// Puts a leaf that is not in the tree into it: from the root on, always down the child that grows least in area.
+    ///
+    /// Where that is a leaf, the new one goes beside it: into a free lane, or else into a node that the two share in the
+    /// place of the one. To split the node, as an R-tree does, would make two of it and then of its parents, all full
+    /// after a build: ten times as much area for each leaf that is inserted. Deep down it is split all the same, so that
+    /// no order of insertions makes a list of the tree.
     pub(super) fn link(&mut self, leaf: u32, aabb: &Aabb3d, mask: u32) {
-        let mut node = self.root.unwrap_or_else(|| {
+        let Some(mut node) = self.root else {
             let root = self.add_node();
+            self.fill(root, &[(*aabb, mask, Child::Leaf(leaf))]);
             self.root = Some(root);
-            root
-        });
-        loop {
+            return;
+        };
+        for depth in 0.. {
             self.links[node as usize].count = 0;
-            let lanes = &mut self.nodes[node as usize];
-            let Some((lane, child)) = least_grown(lanes, aabb) else {
-                break;
-            };
-            lanes.masks[lane] |= mask;
+            let lanes = &self.nodes[node as usize];
+            let (lane, child) = least_grown(lanes, aabb);
+            let place = Place::new(node, lane);
             let grown = union(&lanes.aabb(lane), aabb);
-            self.fit(Place::new(node, lane), &grown);
-            node = child;
+            match child {
+                Child::Node(child) => {
+                    self.nodes[node as usize].masks[lane] |= mask;
+                    self.fit(place, &grown);
+                    node = child;
+                }
+                Child::Leaf(_) if lanes.is_full() && depth < MOST_SHARED => {
+                    let sharing = [
+                        (lanes.aabb(lane), lanes.masks[lane], child),
+                        (*aabb, mask, Child::Leaf(leaf)),
+                    ];
+                    let shared = self.add_node();
+                    let (aabb, mask, child) = self.fill(shared, &sharing);
+                    self.quality.area += area(&aabb);
+                    self.nodes[node as usize].set(lane, &aabb, mask, child);
+                    self.set_place(child, place);
+                    return;
+                }
+                Child::Leaf(_) => break,
+            }
         }
         self.add_child(node, (*aabb, mask, Child::Leaf(leaf)));
     }
@@ -173,21 +197,18 @@ impl<K: Copy> AabbTree<K> {
     }
 }
 
-/// The child that grows least in area when it takes in `aabb`, of those that grow alike the smaller one, if it is a node.
-fn least_grown(lanes: &WideNode, aabb: &Aabb3d) -> Option<(usize, NodeIndex)> {
+/// The child of a node that grows least in area when it takes in `aabb`; of those that grow alike, the smaller one.
+fn least_grown(lanes: &WideNode, aabb: &Aabb3d) -> (usize, Child) {
     let mut least = (f32::INFINITY, f32::INFINITY, 0);
     for lane in 0..lanes.len() {
         let lane_box = lanes.aabb(lane);
         let area = lane_box.visible_area();
         let growth = union(&lane_box, aabb).visible_area() - area;
-        if lane == 0 || (growth, area) < (least.0, least.1) {
+        if (growth, area) < (least.0, least.1) {
             least = (growth, area, lane);
         }
     }
-    match lanes.children[least.2].node() {
-        Some(node) if lanes.len() > 0 => Some((least.2, node)),
-        _ => None,
-    }
+    (least.2, lanes.child(least.2))
 }
 
 /// Orders the children of an overflowing node so that those before and those after the returned index have the least

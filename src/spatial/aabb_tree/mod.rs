@@ -17,11 +17,13 @@ mod build;
 mod insert;
 mod masked;
 mod quality;
+mod rebuild;
 mod refit;
 mod traverse;
 mod validate;
 
 pub use masked::Masked;
+pub use rebuild::{Rebuild, Rebuilt};
 pub use validate::BrokenInvariant;
 
 use bevy::math::bounding::Aabb3d;

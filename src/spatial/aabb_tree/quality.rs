@@ -5,7 +5,10 @@ use bevy::math::bounding::Aabb3d;
 use super::{AabbTree, Place};
 
 /// A tree is built anew when the area of its nodes has grown by this factor.
-const DEGRADED: f64 = 1.08;
+const DEGRADED: f64 = 1.05;
+
+/// A node looks for leaves that stray when it has grown by this much of the area of a node of average size.
+const MOST_GROWTH: f64 = 0.5;
 
 /// How large the nodes are, to know when they have become too large.
 ///
@@ -20,16 +23,26 @@ pub(super) struct Quality {
     least_area: f64,
     /// The least that it has been as a multiple of the area of the root.
     least_ratio: f64,
+    /// How much a node may grow before its leaves are looked at, however large it is.
+    most_growth: f32,
 }
 
 impl Quality {
     /// That of a new tree.
-    pub fn of_new(area: f64, root_area: f64) -> Self {
+    pub fn of_new(area: f64, root_area: f64, nodes: usize) -> Self {
         Self {
             area,
             least_area: area,
             least_ratio: area / root_area,
+            most_growth: (area * MOST_GROWTH / nodes as f64) as f32,
         }
+    }
+
+    /// A node holds on to its leaves until it is larger than this: until it is twice as large as when it was formed, or
+    /// has grown by as much as a node of average size.
+    #[inline]
+    pub fn limit(&self, formed_area: f32) -> f32 {
+        formed_area + formed_area.min(self.most_growth)
     }
 
     /// Whether the nodes have become noticeably larger than they were at their best.
@@ -48,13 +61,19 @@ impl<K: Copy> AabbTree<K> {
     /// To be called once in a while, as once per frame; next to free when there is nothing to do. Never needed for
     /// answers to be right.
     pub fn optimize(&mut self) -> bool {
-        let Some(root) = self.root else { return false };
-        let root_area = area(&self.nodes[root as usize].bounds());
-        let degraded = self.quality.is_degraded(root_area);
-        if degraded {
+        let is_degraded = self.is_degraded();
+        if is_degraded {
             self.rebuild();
         }
-        degraded
+        is_degraded
+    }
+
+    /// Whether the tree has become noticeably worse than it was at its best since the last build, by some 5% of what
+    /// queries visit.
+    pub fn is_degraded(&mut self) -> bool {
+        let Some(root) = self.root else { return false };
+        let root_area = area(&self.nodes[root as usize].bounds());
+        self.quality.is_degraded(root_area)
     }
 
     /// Gives a child another box.

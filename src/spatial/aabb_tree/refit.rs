@@ -4,16 +4,14 @@ use bevy::math::bounding::Aabb3d;
 
 use super::{AabbTree, Place, Scratch, quality::area};
 use crate::{
-    geometry::aabb::{Aabb3dExt, EMPTY, union},
+    geometry::aabb::{Aabb3dExt, union},
     spatial::{
         LeafId, UnsoundBox, UpdateError,
-        simd::{LANES, Simd, Task, dispatch, prefetch},
-        wide::{Child, NodeIndex, WideNode},
+        build::BuildItem,
+        simd::{Simd, Task, dispatch, prefetch},
+        wide::{NodeIndex, WideNode},
     },
 };
-
-/// A node holds on to its leaves until its area is this many times what it was when it was formed.
-const STRETCH: f32 = 2.0;
 
 /// How far ahead of its update a leaf is fetched.
 const AHEAD: usize = 8;
@@ -42,12 +40,12 @@ impl<K: Copy> AabbTree<K> {
     pub(super) fn refit(&mut self, place: Place, aabb: &Aabb3d) {
         let node = place.node();
         self.nodes[node as usize].set_aabb(place.lane(), aabb);
-        self.refit_above(node);
-        let link = self.links[node as usize];
-        if link.parent.is_held() && area(&self.aabb_at(link.parent)) > f64::from(link.formed_area * STRETCH) {
-            self.note_strays(node);
-            self.reinsert_strays();
+        let parent = self.links[node as usize].parent;
+        if parent.is_held() {
+            self.note_strays(node, &self.aabb_at(parent), &self.nodes[node as usize].bounds());
         }
+        self.refit_above(node);
+        self.reinsert_strays();
     }
 
     /// Gives leaves new boxes, and returns those that were refused.
@@ -77,49 +75,55 @@ impl<K: Copy> AabbTree<K> {
         refused
     }
 
-    /// Notes the leaves that stretch their node, where it has become much larger than it was when it was formed.
-    pub(super) fn note_strays(&mut self, node: NodeIndex) {
-        let limit = f64::from(self.links[node as usize].formed_area * STRETCH);
-        let lanes = &self.nodes[node as usize];
-        let mut stays: u32 = (1 << lanes.len()) - 1;
-        let most = lanes.len() / 2;
-        let area_of = |stays: u32| {
-            let bounds = (0..LANES)
-                .filter(|lane| stays >> lane & 1 != 0)
-                .fold(EMPTY, |bounds, lane| union(&bounds, &lanes.aabb(lane)));
-            area(&bounds)
-        };
-        for _ in 0..most {
-            let without = |lane: usize| (stays & !(1 << lane), lane);
-            let leaves =
-                (0..lanes.len()).filter(|&lane| stays >> lane & 1 != 0 && matches!(lanes.child(lane), Child::Leaf(_)));
-            let Some((area, lane)) = leaves
-                .map(|lane| (area_of(without(lane).0), lane))
-                .min_by(|a, b| a.0.total_cmp(&b.0))
-            else {
-                break;
-            };
-            stays &= !(1 << lane);
-            if let Child::Leaf(leaf) = lanes.child(lane) {
-                self.scratch.strays.push(leaf);
-            }
-            if area <= limit {
-                break;
-            }
-        }
-        // Not again before it has grown as much once more.
-        self.links[node as usize].formed_area = area_of(u32::MAX) as f32;
+    /// Fits all nodes to their children.
+    pub(super) fn refit_all(&mut self) {
+        self.scratch.dirty.clear();
+        self.scratch.dirty.resize(self.nodes.len() / 64, u64::MAX);
+        self.scratch.dirty.push((1 << (self.nodes.len() % 64)) - 1);
+        dispatch(RefitDirty(self));
+        self.reinsert_strays();
     }
 
-    /// Inserts the leaves that were noted anew.
-    pub(super) fn reinsert_strays(&mut self) {
-        while let Some(leaf) = self.scratch.strays.pop() {
-            let place = self.leaves.place_at(leaf);
-            let aabb = self.aabb_at(place);
-            let mask = self.nodes[place.node() as usize].masks[place.lane()];
-            self.remove_child(place);
-            self.link(leaf, &aabb, mask);
+    /// Notes the leaves that have left the box of their node by far, `old`, if the node has become much larger than when
+    /// it was formed.
+    #[inline]
+    fn note_strays(&mut self, node: NodeIndex, old: &Aabb3d, new: &Aabb3d) {
+        let limit = self.quality.limit(self.links[node as usize].formed_area);
+        if area(new) as f32 <= limit {
+            return;
         }
+        let limit = limit.max(area(old) as f32);
+        let lanes = &self.nodes[node as usize];
+        for (lane, child) in lanes.children.iter().enumerate() {
+            if let Some(leaf) = child.leaf()
+                && area(&union(old, &lanes.aabb(lane))) as f32 > limit
+            {
+                self.scratch.strays.push(leaf);
+            }
+        }
+    }
+
+    /// Inserts the leaves that were noted anew: when all are out, for the nodes that they have left reach as far as they
+    /// have gone.
+    fn reinsert_strays(&mut self) {
+        let mut strays = std::mem::take(&mut self.scratch.strays);
+        let mut items = std::mem::take(&mut self.scratch.items);
+        items.clear();
+        for leaf in strays.drain(..) {
+            let place = self.leaves.place_at(leaf);
+            let lanes = &self.nodes[place.node() as usize];
+            items.push(BuildItem::new(
+                &lanes.aabb(place.lane()),
+                lanes.masks[place.lane()],
+                leaf,
+            ));
+            self.remove_child(place);
+        }
+        for item in &items {
+            self.link(item.index(), &item.aabb(), item.mask());
+        }
+        self.scratch.strays = strays;
+        self.scratch.items = items;
     }
 }
 
@@ -156,10 +160,9 @@ impl<K: Copy> Task for RefitDirty<'_, K> {
                     if !link.parent.is_held() {
                         continue;
                     }
-                    if area(&aabb) > f64::from(link.formed_area * STRETCH) {
-                        tree.note_strays(node);
-                    }
-                    if tree.aabb_at(link.parent) != aabb {
+                    let old = tree.aabb_at(link.parent);
+                    if old != aabb {
+                        tree.note_strays(node, &old, &aabb);
                         tree.fit(link.parent, &aabb);
                         let parent = link.parent.node();
                         tree.scratch.mark(parent);
