@@ -1,6 +1,5 @@
 //! All integration tests, in one binary: one module for each behaviour.
 
-mod aabb_tree;
 mod bounded_by;
 mod common;
 mod differential;
@@ -13,4 +12,5 @@ mod picking;
 mod properties;
 mod regressions;
 mod scene_query;
+mod spatial;
 mod sync;

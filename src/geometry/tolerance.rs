@@ -103,3 +103,6 @@ pub const REGION_PLANE: f32 = 8.0 * f32::EPSILON;
 /// How much farther than a moving shape reaches boxes are looked for, as a fraction of the largest coordinate of the
 /// shape: [`SWEEP_CONTACT`], rounded up to where `f32` tells the difference.
 pub const SWEEP_REACH: f32 = f32::EPSILON;
+
+/// Distances below this may have a square that is rounded to zero, or to that of another: √2⁻¹⁴⁹, rounded up.
+pub const SQUARE_UNDERFLOW: f32 = 1e-22;

@@ -16,7 +16,8 @@ use crate::{
     spatial::{
         BuildStrategy, Visit,
         build::{BuildItem, Builder},
-        traverse::{Entering, visit_in_order},
+        lanes::Entering,
+        traverse::visit_in_order,
         wide::{EVERY_MASK, WideNode},
     },
 };

@@ -82,7 +82,12 @@ impl<K: Copy> SpatialQueries<K> for BruteForce<K> {
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {
-        self.visit_within(sweep.ray().t_max(), |aabb| sweep.intersection_at(aabb), visit);
+        // A contact beyond the range of parameters is none.
+        self.visit_within(
+            sweep.ray().t_max().min(f32::MAX),
+            |aabb| sweep.intersection_at(aabb),
+            visit,
+        );
     }
 
     fn visit_region<R: Region>(&self, region: &R, mut visit: impl FnMut(K) -> ControlFlow<()>) {

@@ -11,21 +11,28 @@
 pub mod aabb_tree;
 pub mod brute_force;
 pub mod build;
+pub mod kd_tree;
+pub(crate) mod lanes;
 pub(crate) mod leaves;
+pub mod octree;
 pub mod query;
 pub mod region;
 pub(crate) mod simd;
 pub mod sweep;
 pub(crate) mod traverse;
+pub mod uniform_grid;
 pub(crate) mod wide;
 
 pub use aabb_tree::AabbTree;
 pub use brute_force::BruteForce;
 pub use build::BuildStrategy;
+pub use kd_tree::{KdTree, PointKdTree};
 pub use leaves::LeafId;
+pub use octree::Octree;
 pub use query::{Neighbour, SpatialQueries, SpatialUpdates, Visit};
 pub use region::Region;
 pub use sweep::Sweep;
+pub use uniform_grid::UniformGrid;
 
 use bevy::math::bounding::Aabb3d;
 

@@ -1,7 +1,7 @@
 //! The regions of space that a structure can be asked for, and how a box that stands for many is held against them.
 
 use bevy::math::{
-    Vec3, Vec3A,
+    DVec3, Vec3, Vec3A,
     bounding::{Aabb3d, BoundingSphere},
     primitives::{HalfSpace, ViewFrustum},
 };
@@ -64,6 +64,8 @@ pub(crate) type Planes = SmallVec<[Plane; 6]>;
 pub(crate) struct Plane {
     pub normal: Vec3A,
     pub d: f32,
+    /// The largest magnitude that rounded on the way to `d`.
+    pub magnitude: f32,
 }
 
 impl Plane {
@@ -90,10 +92,26 @@ impl Plane {
         x + y + z + self.d
     }
 
-    /// How far off the distance of any point of the box may be.
+    /// How far off the distance of any point of the box may be, with what counts as contact.
     fn rounding(&self, aabb: &Aabb3d) -> f32 {
         let [x, y, z] = (self.normal.abs() * aabb.min.abs().max(aabb.max.abs())).to_array();
-        tolerance::REGION_PLANE * (x + y + z + self.d.abs())
+        tolerance::REGION_PLANE * (x + y + z + self.magnitude) + contact_slack(aabb)
+    }
+}
+
+/// How close a box may come to count as touching, as a fraction of its largest coordinate.
+pub(crate) const CONTACT: f32 = 4.0 * tolerance::DOUBLE as f32;
+
+/// From how far away a box may count as touching another shape, whatever the axis.
+pub(crate) fn contact_slack(aabb: &Aabb3d) -> f32 {
+    aabb.min.abs().max(aabb.max.abs()).max_element() * CONTACT
+}
+
+/// A box that is larger by as much on all sides.
+pub(crate) fn with_slack(aabb: &Aabb3d, slack: f32) -> Aabb3d {
+    Aabb3d {
+        min: aabb.min - slack,
+        max: aabb.max + slack,
     }
 }
 
@@ -105,7 +123,7 @@ impl Outline {
             OutlineKind::Sphere(region) => region.touches(aabb),
             OutlineKind::HalfSpaces(planes) => planes.iter().all(|plane| plane.admits(aabb)),
             OutlineKind::Polytope { bounds, planes } => {
-                bounds.touches(aabb)
+                with_slack(bounds, contact_slack(aabb)).touches(aabb)
                     && planes.iter().all(|plane| {
                         let farthest = plane.signed_distance(plane.vertex(aabb.min, aabb.max));
                         let excluded = farthest < -plane.rounding(aabb);
@@ -129,20 +147,16 @@ impl Outline {
                 bounds.contains(aabb)
                     && planes.iter().all(|plane| {
                         let nearest = plane.signed_distance(plane.vertex(aabb.max, aabb.min));
-                        nearest >= plane.rounding(aabb)
+                        // Not if both are infinite.
+                        nearest > plane.rounding(aabb)
                     })
             }
         }
     }
 
-    /// A box that whatever touches the region touches too; without end where the region has none.
-    pub(crate) fn bounds(&self) -> Aabb3d {
-        match &self.0 {
-            OutlineKind::Aabb(region) => *region,
-            OutlineKind::Sphere(region) => region.aabb(),
-            OutlineKind::HalfSpaces(_) => EVERYTHING,
-            OutlineKind::Polytope { bounds, .. } => *bounds,
-        }
+    /// Whether [`may_touch`](Self::may_touch) is the exact answer.
+    pub(crate) fn is_exact(&self) -> bool {
+        !matches!(self.0, OutlineKind::Polytope { .. })
     }
 }
 
@@ -205,7 +219,11 @@ fn plane(half_space: &HalfSpace) -> Option<Plane> {
     } else {
         normal.is_finite() && d < f32::INFINITY
     };
-    bounds.then_some(Plane { normal, d })
+    bounds.then_some(Plane {
+        normal,
+        d,
+        magnitude: d.abs(),
+    })
 }
 
 impl Region for Frustum {
@@ -219,9 +237,10 @@ impl Outlined for Frustum {
         let planes = self.planes().map(|plane| Plane {
             normal: -plane.normal.as_vec3a(),
             d: rounding::up(plane.offset),
+            magnitude: plane.offset.abs() as f32,
         });
         let corners = self.corners().map(|corners| {
-            Aabb3d::enclosing(corners.map(|corner| corner.as_vec3a())).map_or(EVERYTHING, |corners| {
+            Aabb3d::enclosing(corners.map(DVec3::as_vec3a)).map_or(EVERYTHING, |corners| {
                 let largest = corners.min.abs().max(corners.max.abs()).max_element();
                 corners.grown(largest * tolerance::REGION_PLANE)
             })
@@ -245,10 +264,7 @@ impl Outlined for Obb {
         let normals = [axes.x_axis, axes.y_axis, axes.z_axis].into_iter();
         let planes = normals.flat_map(|axis| [axis, -axis]).map(|outward| {
             let direction = Vec3::from(outward).as_dvec3();
-            Plane {
-                normal: -outward,
-                d: rounding::up(direction.dot(self.support_point(direction))),
-            }
+            (-outward, rounding::up(direction.dot(self.support_point(direction))))
         });
         polytope(self.aabb(), planes)
     }
@@ -262,19 +278,23 @@ impl Region for ConvexHull {
 
 impl Outlined for ConvexHull {
     fn outline(&self) -> Outline {
-        let planes = self.planes().iter().map(|plane| Plane {
-            normal: -plane.normal,
-            d: plane.offset,
-        });
+        let planes = self.planes().iter().map(|plane| (-plane.normal, plane.offset));
         polytope(self.aabb(), planes)
     }
 }
 
 /// A region within planes and a box, which is grown by the distance at which shapes apart may count as touching.
-fn polytope(bounds: Aabb3d, planes: impl Iterator<Item = Plane>) -> Outline {
+///
+/// Its faces may be off the planes by the rounding of its largest coordinate: axes are not quite at right angles.
+fn polytope(bounds: Aabb3d, planes: impl Iterator<Item = (Vec3A, f32)>) -> Outline {
     let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let plane = |(normal, d): (Vec3A, f32)| Plane {
+        normal,
+        d,
+        magnitude: d.abs() + largest,
+    };
     Outline(OutlineKind::Polytope {
         bounds: bounds.grown(largest * tolerance::REGION_PLANE),
-        planes: planes.collect(),
+        planes: planes.map(plane).collect(),
     })
 }

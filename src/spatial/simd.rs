@@ -35,8 +35,14 @@ pub(crate) trait Simd: Copy {
     fn le(self, a: Self::F32s, b: Self::F32s) -> u32;
     /// The lanes in which `a < b`.
     fn lt(self, a: Self::F32s, b: Self::F32s) -> u32;
+    /// `values` in the lanes of the mask, and `otherwise` in the others.
+    fn select(self, lanes: u32, values: Self::F32s, otherwise: Self::F32s) -> Self::F32s;
     /// The least of the lanes, none of which may be NaN.
     fn min_lane(self, values: Self::F32s) -> f32;
+    /// The values with those of their `bits` that are set in `mask` taken from `tags`, which has no others.
+    fn tag(self, values: Self::F32s, mask: u32, tags: &[u32; LANES]) -> Self::F32s;
+    /// The first values of all rows, the second ones, and so on.
+    fn transpose(self, rows: [&[f32; 4]; LANES]) -> [Self::F32s; 4];
     /// The lanes that have a bit in common with `bits`.
     fn with_any_bit(self, values: &[u32; LANES], bits: u32) -> u32;
 }
@@ -142,8 +148,29 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn select(self, lanes: u32, values: Self::F32s, otherwise: Self::F32s) -> Self::F32s {
+        array::from_fn(|lane| {
+            if lanes & 1 << lane != 0 {
+                values[lane]
+            } else {
+                otherwise[lane]
+            }
+        })
+    }
+
+    #[inline(always)]
     fn min_lane(self, values: Self::F32s) -> f32 {
         values.into_iter().fold(f32::INFINITY, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn tag(self, values: Self::F32s, mask: u32, tags: &[u32; LANES]) -> Self::F32s {
+        array::from_fn(|lane| f32::from_bits(values[lane].to_bits() & !mask | tags[lane]))
+    }
+
+    #[inline(always)]
+    fn transpose(self, rows: [&[f32; 4]; LANES]) -> [Self::F32s; 4] {
+        array::from_fn(|column| rows.map(|row| row[column]))
     }
 
     #[inline(always)]
@@ -226,12 +253,50 @@ mod avx2 {
         }
 
         #[inline(always)]
+        fn select(self, lanes: u32, values: __m256, otherwise: __m256) -> __m256 {
+            unsafe {
+                let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let chosen = _mm256_and_si256(_mm256_set1_epi32(lanes as i32), bits);
+                let chosen = _mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, bits));
+                _mm256_blendv_ps(otherwise, values, chosen)
+            }
+        }
+
+        #[inline(always)]
         fn min_lane(self, values: __m256) -> f32 {
             unsafe {
                 let fours = _mm_min_ps(_mm256_castps256_ps128(values), _mm256_extractf128_ps::<1>(values));
                 let twos = _mm_min_ps(fours, _mm_movehl_ps(fours, fours));
                 let one = _mm_min_ss(twos, _mm_shuffle_ps::<1>(twos, twos));
                 _mm_cvtss_f32(one)
+            }
+        }
+
+        #[inline(always)]
+        fn tag(self, values: __m256, mask: u32, tags: &[u32; LANES]) -> __m256 {
+            unsafe {
+                let mask = _mm256_castsi256_ps(_mm256_set1_epi32(mask as i32));
+                _mm256_or_ps(_mm256_andnot_ps(mask, values), _mm256_loadu_ps(tags.as_ptr().cast()))
+            }
+        }
+
+        #[inline(always)]
+        fn transpose(self, rows: [&[f32; 4]; LANES]) -> [__m256; 4] {
+            unsafe {
+                // Rows four apart share a register, so that lanes come out in the order of the rows.
+                let pair = |row: usize| {
+                    let low = _mm_loadu_ps(rows[row].as_ptr());
+                    _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), _mm_loadu_ps(rows[row + 4].as_ptr()))
+                };
+                let (a, b, c, d) = (pair(0), pair(1), pair(2), pair(3));
+                let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                [
+                    _mm256_shuffle_ps::<0x44>(ab, cd),
+                    _mm256_shuffle_ps::<0xee>(ab, cd),
+                    _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+                    _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+                ]
             }
         }
 

@@ -57,11 +57,15 @@ impl Sweep for AabbSweep {
 /// A box that the ray enters before `sweep` can touch anything in `aabb`.
 pub(crate) fn grown(aabb: &Aabb3d, reach: Vec3A) -> Aabb3d {
     let (min, max) = (aabb.min - reach, aabb.max + reach);
+    let contact = aabb.min.abs().max(aabb.max.abs()).max_element() * CONTACT;
     Aabb3d {
-        min: min - min.abs() * f32::EPSILON,
-        max: max + max.abs() * f32::EPSILON,
+        min: min - min.abs() * f32::EPSILON - contact,
+        max: max + max.abs() * f32::EPSILON + contact,
     }
 }
+
+/// What counts as contact, as a fraction of the largest coordinate of a box: twice that of the point where it is touched.
+pub(crate) const CONTACT: f32 = 2.0 * tolerance::SWEEP_CONTACT as f32;
 
 /// How far boxes must be [`grown`] for a sweep: its reach, and what counts as contact.
 pub(crate) fn slack_reach(sweep: &impl Sweep) -> Vec3A {

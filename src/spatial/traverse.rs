@@ -2,115 +2,16 @@
 
 use std::ops::ControlFlow;
 
-use bevy::math::{
-    Vec3A,
-    bounding::{Aabb3d, BoundingSphere},
-};
+use bevy::math::bounding::Aabb3d;
 use smallvec::SmallVec;
 
 use super::{
     Visit,
-    region::{Outline, OutlineKind, Plane},
+    lanes::{Approach, LanePolytope, LaneRegion, Splat},
+    region::{Outline, OutlineKind},
     simd::{LANES, Simd, Task, dispatch, prefetch},
     wide::{Child, NodeIndex, PackedChild, WideNode},
 };
-use crate::geometry::{ray::Ray, ray::aabb::SlabRay, tolerance};
-
-/// Something that comes closer to boxes the farther it goes: a ray, or a sphere that grows.
-pub(crate) trait Approach {
-    /// The lanes whose boxes are met at or before `limit`, and where each is met: not negative.
-    fn meets<S: Simd>(&self, simd: S, node: &WideNode, limit: f32) -> (u32, S::F32s);
-}
-
-/// A ray that meets a box where it enters it, exactly as [`Ray::aabb_intersection_at`] tells; with boxes that are first
-/// grown by a reach if `GROWN`.
-pub(crate) struct Entering<const GROWN: bool> {
-    ray: SlabRay,
-    reach: [f32; 3],
-}
-
-impl Entering<false> {
-    pub(crate) fn new(ray: &Ray) -> Self {
-        Self {
-            ray: slab_ray(ray),
-            reach: [0.0; 3],
-        }
-    }
-}
-
-impl Entering<true> {
-    /// For boxes that are [grown](super::sweep::grown) by `reach`.
-    pub(crate) fn grown(ray: &Ray, reach: Vec3A) -> Self {
-        Self {
-            ray: slab_ray(ray),
-            reach: reach.to_array(),
-        }
-    }
-}
-
-fn slab_ray(ray: &Ray) -> SlabRay {
-    let mut ray = ray.slab_ray();
-    // Not -0.0: parameters are compared by their bits.
-    ray.t_min += 0.0;
-    ray
-}
-
-impl<const GROWN: bool> Approach for Entering<GROWN> {
-    #[inline(always)]
-    fn meets<S: Simd>(&self, simd: S, node: &WideNode, limit: f32) -> (u32, S::F32s) {
-        let ray = &self.ray;
-        let t_min = simd.splat(ray.t_min);
-        let (mut enter, mut leave) = (t_min, simd.splat(limit));
-        for axis in 0..3 {
-            let (mut min, mut max) = (simd.load(&node.min[axis]), simd.load(&node.max[axis]));
-            if GROWN {
-                let (reach, epsilon) = (simd.splat(self.reach[axis]), simd.splat(f32::EPSILON));
-                let zero = simd.splat(0.0);
-                min = simd.sub(min, reach);
-                min = simd.sub(min, simd.mul(simd.max(min, simd.sub(zero, min)), epsilon));
-                max = simd.add(max, reach);
-                max = simd.add(max, simd.mul(simd.max(max, simd.sub(zero, max)), epsilon));
-            }
-            let (near, far) = if ray.forward[axis] { (min, max) } else { (max, min) };
-            let (origin, recip) = (simd.splat(ray.origin[axis]), simd.splat(ray.direction_recip[axis]));
-            // A NaN changes nothing: see `Ray::aabb_intersection_at`, which this equals.
-            enter = simd.max(simd.mul(simd.sub(near, origin), recip), enter);
-            leave = simd.min(simd.mul(simd.sub(far, origin), recip), leave);
-        }
-        enter = simd.max(simd.mul(enter, simd.splat(1.0 - tolerance::SLAB)), t_min);
-        leave = simd.mul(leave, simd.splat(1.0 + tolerance::SLAB));
-        let reached = simd.le(enter, leave) & simd.le(enter, simd.splat(limit.min(f32::MAX)));
-        (reached, enter)
-    }
-}
-
-/// A sphere that grows around a point and meets a box at the square of its distance, as
-/// [`distance_squared`](super::region::distance_squared) tells.
-pub(crate) struct Growing {
-    pub center: Vec3A,
-}
-
-impl Approach for Growing {
-    #[inline(always)]
-    fn meets<S: Simd>(&self, simd: S, node: &WideNode, limit: f32) -> (u32, S::F32s) {
-        let distances = distances_squared(simd, node, self.center);
-        (simd.le(distances, simd.splat(limit)), distances)
-    }
-}
-
-#[inline(always)]
-fn distances_squared<S: Simd>(simd: S, node: &WideNode, point: Vec3A) -> S::F32s {
-    let zero = simd.splat(0.0);
-    let mut sum = zero;
-    for axis in 0..3 {
-        let at = simd.splat(point[axis]);
-        let below = simd.sub(simd.load(&node.min[axis]), at);
-        let above = simd.sub(at, simd.load(&node.max[axis]));
-        let offset = simd.max(zero, simd.max(below, above));
-        sum = simd.add(sum, simd.mul(offset, offset));
-    }
-    sum
-}
 
 /// Visits the leaves with a bit of `mask` that are met at or before `limit`, near ones first, with where they are met.
 #[inline]
@@ -157,7 +58,7 @@ impl<A: Approach, F: FnMut(u32, f32) -> Visit> Task for InOrder<'_, A, F> {
             match child {
                 Child::Node(node) => {
                     let node = &self.nodes[node as usize];
-                    let (reached, met_at) = self.approach.meets(simd, node, self.limit);
+                    let (reached, met_at) = self.approach.meets(simd, node.into(), self.limit);
                     let mut met = reached & simd.with_any_bit(&node.masks, self.mask);
                     if met != 0 {
                         let met_at = simd.store(met_at);
@@ -224,142 +125,63 @@ fn sort_far_to_near(entries: &mut [Waiting]) {
     }
 }
 
-/// A region, held against eight boxes at once: the same answers as its [`Outline`] gives one by one.
-trait LaneRegion {
-    /// The lanes whose boxes may have something inside that touches the region.
-    fn may_touch<S: Simd>(&self, simd: S, node: &WideNode) -> u32;
-
-    /// The lanes in whose boxes everything touches the region.
-    fn contains<S: Simd>(&self, simd: S, node: &WideNode) -> u32;
+/// Visits the leaves with a bit of `mask` that are met at or before `limit`, in no order, until a visit breaks.
+#[inline]
+pub(crate) fn visit_any(
+    nodes: &[WideNode],
+    root: NodeIndex,
+    mask: u32,
+    limit: f32,
+    approach: impl Approach,
+    visit: impl FnMut(u32) -> ControlFlow<()>,
+) {
+    dispatch(InAnyOrder {
+        nodes,
+        root,
+        mask,
+        limit,
+        approach,
+        visit,
+    });
 }
 
-impl LaneRegion for Aabb3d {
-    #[inline(always)]
-    fn may_touch<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let mut lanes = u32::MAX;
-        for axis in 0..3 {
-            lanes &= simd.le(simd.load(&node.min[axis]), simd.splat(self.max[axis]));
-            lanes &= simd.le(simd.splat(self.min[axis]), simd.load(&node.max[axis]));
-        }
-        lanes
-    }
-
-    #[inline(always)]
-    fn contains<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let mut lanes = u32::MAX;
-        for axis in 0..3 {
-            lanes &= simd.le(simd.splat(self.min[axis]), simd.load(&node.min[axis]));
-            lanes &= simd.le(simd.load(&node.max[axis]), simd.splat(self.max[axis]));
-        }
-        lanes
-    }
+struct InAnyOrder<'a, A, F> {
+    nodes: &'a [WideNode],
+    root: NodeIndex,
+    mask: u32,
+    limit: f32,
+    approach: A,
+    visit: F,
 }
 
-impl LaneRegion for BoundingSphere {
-    #[inline(always)]
-    fn may_touch<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let distances = distances_squared(simd, node, self.center);
-        simd.le(distances, simd.splat(self.radius() * self.radius()))
-    }
+impl<A: Approach, F: FnMut(u32) -> ControlFlow<()>> Task for InAnyOrder<'_, A, F> {
+    type Output = ();
 
     #[inline(always)]
-    fn contains<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let mut sum = simd.splat(0.0);
-        for axis in 0..3 {
-            let center = simd.splat(self.center[axis]);
-            let below = simd.sub(center, simd.load(&node.min[axis]));
-            let above = simd.sub(simd.load(&node.max[axis]), center);
-            let farthest = simd.max(below, above);
-            sum = simd.add(sum, simd.mul(farthest, farthest));
-        }
-        let reach = self.radius() * self.radius() * (1.0 - tolerance::REGION_PLANE);
-        simd.le(sum, simd.splat(reach))
-    }
-}
-
-impl LaneRegion for [Plane] {
-    #[inline(always)]
-    fn may_touch<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let mut excluded = 0;
-        for plane in self {
-            excluded |= simd.lt(signed_distances::<S, true>(simd, plane, node), simd.splat(0.0));
-        }
-        !excluded
-    }
-
-    #[inline(always)]
-    fn contains<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let mut lanes = u32::MAX;
-        for plane in self {
-            lanes &= simd.le(simd.splat(0.0), signed_distances::<S, false>(simd, plane, node));
-        }
-        lanes
-    }
-}
-
-/// The signed distances of the corners that are farthest along the normal, or of those that are farthest against it.
-#[inline(always)]
-fn signed_distances<S: Simd, const ALONG: bool>(simd: S, plane: &Plane, node: &WideNode) -> S::F32s {
-    let corner = |axis: usize| {
-        if (plane.normal[axis] >= 0.0) == ALONG {
-            &node.max[axis]
-        } else {
-            &node.min[axis]
-        }
-    };
-    let (x, y, z) = (corner(0), corner(1), corner(2));
-    let x = simd.mul(simd.splat(plane.normal.x), simd.load(x));
-    let y = simd.mul(simd.splat(plane.normal.y), simd.load(y));
-    let z = simd.mul(simd.splat(plane.normal.z), simd.load(z));
-    simd.add(simd.add(simd.add(x, y), z), simd.splat(plane.d))
-}
-
-/// What the bounds and the planes of a polytope have in common.
-struct LanePolytope<'a> {
-    bounds: &'a Aabb3d,
-    planes: &'a [Plane],
-}
-
-impl LaneRegion for LanePolytope<'_> {
-    #[inline(always)]
-    fn may_touch<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let mut lanes = self.bounds.may_touch(simd, node);
-        for plane in self.planes {
-            if lanes & 0xff == 0 {
-                break;
+    fn run<S: Simd>(mut self, simd: S) {
+        let mut stack: SmallVec<[NodeIndex; 64]> = SmallVec::new();
+        stack.push(self.root);
+        while let Some(node) = stack.pop() {
+            let node = &self.nodes[node as usize];
+            let (reached, _) = self.approach.meets(simd, node.into(), self.limit);
+            let mut met = reached & simd.with_any_bit(&node.masks, self.mask);
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize % LANES;
+                met &= met - 1;
+                match node.child(lane) {
+                    Child::Node(child) => {
+                        prefetch(&self.nodes[child as usize]);
+                        stack.push(child);
+                    }
+                    Child::Leaf(leaf) => {
+                        if (self.visit)(leaf).is_break() {
+                            return;
+                        }
+                    }
+                }
             }
-            let distances = signed_distances::<S, true>(simd, plane, node);
-            let rounding = roundings(simd, plane, node);
-            lanes &= !simd.lt(simd.add(distances, rounding), simd.splat(0.0));
         }
-        lanes
     }
-
-    #[inline(always)]
-    fn contains<S: Simd>(&self, simd: S, node: &WideNode) -> u32 {
-        let mut lanes = self.bounds.contains(simd, node);
-        for plane in self.planes {
-            if lanes & 0xff == 0 {
-                break;
-            }
-            let distances = signed_distances::<S, false>(simd, plane, node);
-            lanes &= simd.le(roundings(simd, plane, node), distances);
-        }
-        lanes
-    }
-}
-
-/// How far off the signed distances may be.
-#[inline(always)]
-fn roundings<S: Simd>(simd: S, plane: &Plane, node: &WideNode) -> S::F32s {
-    let zero = simd.splat(0.0);
-    let mut sum = simd.splat(plane.d.abs());
-    for axis in 0..3 {
-        let (min, max) = (simd.load(&node.min[axis]), simd.load(&node.max[axis]));
-        let magnitude = simd.max(simd.max(min, simd.sub(zero, min)), simd.max(max, simd.sub(zero, max)));
-        sum = simd.add(sum, simd.mul(simd.splat(plane.normal[axis].abs()), magnitude));
-    }
-    simd.mul(sum, simd.splat(tolerance::REGION_PLANE))
 }
 
 /// What a region query found.
@@ -430,11 +252,11 @@ impl<R: LaneRegion + ?Sized, F: FnMut(Found) -> ControlFlow<()>, const EXACT: bo
         stack.push(self.root);
         while let Some(node) = stack.pop() {
             let node = &self.nodes[node as usize];
-            let mut touching = self.region.may_touch(simd, node) & simd.with_any_bit(&node.masks, self.mask);
+            let mut touching = self.region.may_touch(simd, node.into()) & simd.with_any_bit(&node.masks, self.mask);
             if touching == 0 {
                 continue;
             }
-            let contained = self.region.contains(simd, node);
+            let contained = self.region.contains(simd, node.into());
             while touching != 0 {
                 let lane = touching.trailing_zeros() as usize % LANES;
                 touching &= touching - 1;
@@ -529,43 +351,44 @@ impl<F: FnMut(u32, u32) -> ControlFlow<()>> Task for Pairs<'_, F> {
         while let Some((first, second)) = stack.pop() {
             let (a, b) = (&self.nodes[first as usize], &others[second as usize]);
             let within_one = same && first == second;
-            let filter = simd.with_any_bit(&b.masks, self.mask);
+            let b_filter = simd.with_any_bit(&b.masks, self.mask);
             let mut a_lanes = simd.with_any_bit(&a.masks, self.mask);
+            if !within_one {
+                a_lanes &= Splat::of(simd, &b.bounds_with(simd)).touching(simd, a.into());
+            }
             while a_lanes != 0 {
-                let lane = a_lanes.trailing_zeros() as usize % LANES;
+                let a_lane = a_lanes.trailing_zeros() as usize % LANES;
                 a_lanes &= a_lanes - 1;
-                let a_box = a.aabb(lane);
-                let mut touching = a_box.may_touch(simd, b) & filter;
+                let a_box = Splat::of_lane(simd, a.into(), a_lane);
+                let mut b_lanes = a_box.touching(simd, b.into()) & b_filter;
                 if within_one {
                     // Those that come after, and what is inside of the child itself.
-                    touching &= !0 << lane << 1;
-                    if let Child::Node(child) = a.child(lane) {
+                    b_lanes &= !0 << a_lane << 1;
+                    if let Child::Node(child) = a.child(a_lane) {
+                        prefetch(&self.nodes[child as usize]);
                         stack.push((child, child));
                     }
                 }
-                while touching != 0 {
-                    let other_lane = touching.trailing_zeros() as usize % LANES;
-                    touching &= touching - 1;
-                    match (a.child(lane), b.child(other_lane)) {
-                        (Child::Node(a), Child::Node(b)) => stack.push((a, b)),
-                        (Child::Leaf(a), Child::Leaf(b)) => {
-                            if (self.visit)(a, b).is_break() {
-                                return;
-                            }
+                while b_lanes != 0 {
+                    let b_lane = b_lanes.trailing_zeros() as usize % LANES;
+                    b_lanes &= b_lanes - 1;
+                    let visit = &mut self.visit;
+                    let flow = match (a.child(a_lane), b.child(b_lane)) {
+                        (Child::Node(a), Child::Node(b)) => {
+                            stack.push((a, b));
+                            ControlFlow::Continue(())
                         }
+                        (Child::Leaf(a), Child::Leaf(b)) => visit(a, b),
                         (Child::Leaf(a), Child::Node(b)) => {
-                            let visit = &mut self.visit;
-                            if leaf_pairs(simd, others, b, self.mask, &a_box, |b| visit(a, b)).is_break() {
-                                return;
-                            }
+                            leaves_touching(simd, others, b, self.mask, &a_box, |b| visit(a, b))
                         }
-                        (Child::Node(a), Child::Leaf(b_leaf)) => {
-                            let visit = &mut self.visit;
-                            let b_box = b.aabb(other_lane);
-                            if leaf_pairs(simd, self.nodes, a, self.mask, &b_box, |a| visit(a, b_leaf)).is_break() {
-                                return;
-                            }
+                        (Child::Node(a), Child::Leaf(leaf)) => {
+                            let b_box = Splat::of_lane(simd, b.into(), b_lane);
+                            leaves_touching(simd, self.nodes, a, self.mask, &b_box, |a| visit(a, leaf))
                         }
+                    };
+                    if flow.is_break() {
+                        return;
                     }
                 }
             }
@@ -573,21 +396,21 @@ impl<F: FnMut(u32, u32) -> ControlFlow<()>> Task for Pairs<'_, F> {
     }
 }
 
-/// Visits the leaves below a node whose boxes touch `aabb`.
+/// Visits the leaves below a node whose boxes touch a box.
 #[inline(always)]
-fn leaf_pairs<S: Simd>(
+fn leaves_touching<S: Simd>(
     simd: S,
     nodes: &[WideNode],
     root: NodeIndex,
     mask: u32,
-    aabb: &Aabb3d,
+    aabb: &Splat<S>,
     mut visit: impl FnMut(u32) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
     let mut stack: SmallVec<[NodeIndex; 64]> = SmallVec::new();
     stack.push(root);
     while let Some(node) = stack.pop() {
         let node = &nodes[node as usize];
-        let mut touching = aabb.may_touch(simd, node) & simd.with_any_bit(&node.masks, mask);
+        let mut touching = aabb.touching(simd, node.into()) & simd.with_any_bit(&node.masks, mask);
         while touching != 0 {
             let lane = touching.trailing_zeros() as usize % LANES;
             touching &= touching - 1;

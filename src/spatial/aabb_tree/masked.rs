@@ -61,4 +61,9 @@ impl<K: Copy> SpatialQueries<K> for Masked<'_, K> {
     fn visit_pairs(&self, visit: impl FnMut(K, K) -> ControlFlow<()>) {
         self.tree.visit_pairs_masked(self.mask, visit);
     }
+
+    #[inline]
+    fn any_hit(&self, ray: &Ray, test: impl FnMut(K, &Ray) -> bool) -> bool {
+        self.tree.any_hit_masked(self.mask, ray, test)
+    }
 }

@@ -9,8 +9,9 @@ use crate::{
     geometry::ray::Ray,
     spatial::{
         Region, SpatialQueries, Sweep, Visit,
+        lanes::{Entering, Growing},
         sweep::slack_reach,
-        traverse::{self, Entering, Found, Growing},
+        traverse::{self, Found},
         wide::{Child, EVERY_MASK, LANES, NodeIndex, WideNode},
     },
 };
@@ -61,6 +62,11 @@ impl<K: Copy> SpatialQueries<K> for AabbTree<K> {
     fn visit_pairs(&self, visit: impl FnMut(K, K) -> ControlFlow<()>) {
         self.visit_pairs_masked(EVERY_MASK, visit);
     }
+
+    #[inline]
+    fn any_hit(&self, ray: &Ray, test: impl FnMut(K, &Ray) -> bool) -> bool {
+        self.any_hit_masked(EVERY_MASK, ray, test)
+    }
 }
 
 impl<K: Copy> AabbTree<K> {
@@ -83,10 +89,25 @@ impl<K: Copy> AabbTree<K> {
         });
     }
 
+    #[inline]
+    pub(super) fn any_hit_masked(&self, mask: u32, ray: &Ray, mut test: impl FnMut(K, &Ray) -> bool) -> bool {
+        let Some(root) = self.root else { return false };
+        let mut found = false;
+        traverse::visit_any(&self.nodes, root, mask, ray.t_max(), Entering::new(ray), |leaf| {
+            found = test(self.leaves.key_at(leaf), ray);
+            if found {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        found
+    }
+
     pub(super) fn visit_sweep_masked<S: Sweep>(&self, mask: u32, sweep: &S, mut visit: impl FnMut(K, f32) -> Visit) {
         let Some(root) = self.root else { return };
         let (ray, reach) = (sweep.ray(), slack_reach(sweep));
-        let mut limit = ray.t_max();
+        let mut limit = ray.t_max().min(f32::MAX);
         traverse::visit_in_order(
             &self.nodes,
             root,

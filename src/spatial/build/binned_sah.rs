@@ -9,7 +9,7 @@ use bevy::math::{
     bounding::{Aabb3d, BoundingVolume},
 };
 
-use super::{tagged_box::BuildItem, top_down::Extents};
+use super::{extents::Extents, tagged_box::BuildItem};
 use crate::geometry::aabb::{EMPTY, union};
 
 const MOST_BINS: usize = 16;
@@ -26,7 +26,7 @@ impl Bins {
     #[inline(always)]
     fn of(&self, item: &BuildItem) -> UVec3 {
         // A NaN, where the centers are infinitely far apart, becomes zero.
-        let offset = (item.0.doubled_center() - self.low) * self.per_length;
+        let offset = (item.doubled_center() - self.low) * self.per_length;
         UVec3::new(offset.x as u32, offset.y as u32, offset.z as u32).min(self.last)
     }
 }
@@ -75,9 +75,10 @@ pub(super) fn best_cut(items: &[BuildItem], extents: &Extents) -> Option<Cut> {
         .map(|(_, cut)| cut)
 }
 
-/// The cost of the cheapest cut with something on both sides, and the first bin of the second part.
+/// The cost of the cheapest cut with something on both sides, and the first bin of the second part. Of equal costs, as
+/// where areas overflow or vanish, the one is taken that leaves more equal parts.
 fn cheapest(bins: &[(Aabb3d, u32)]) -> Option<(f32, u32)> {
-    let mut right_costs = [f32::INFINITY; MOST_BINS];
+    let mut right_costs = [0.0; MOST_BINS];
     let mut right = (EMPTY, 0);
     for cut in (1..bins.len()).rev() {
         right = add(right, bins[cut]);
@@ -85,16 +86,20 @@ fn cheapest(bins: &[(Aabb3d, u32)]) -> Option<(f32, u32)> {
     }
     let all = right.1 + bins[0].1;
     let mut left = (EMPTY, 0);
-    let mut best: Option<(f32, u32)> = None;
+    let mut best = None;
     for cut in 1..bins.len() {
         left = add(left, bins[cut - 1]);
-        let cost = cost(left) + right_costs[cut];
-        let separates = left.1 > 0 && left.1 < all;
-        if separates && best.is_none_or(|(least, _)| cost < least) {
-            best = Some((cost, cut as u32));
+        if left.1 == 0 || left.1 == all {
+            continue;
+        }
+        // Finite also where an infinite side meets a flat one, which is NaN.
+        let cost = (cost(left) + right_costs[cut]).min(f32::MAX);
+        let difference = all.abs_diff(2 * left.1);
+        if best.is_none_or(|(least, least_difference, _)| (cost, difference) < (least, least_difference)) {
+            best = Some((cost, difference, cut as u32));
         }
     }
-    best
+    best.map(|(cost, _, cut)| (cost, cut))
 }
 
 #[inline(always)]

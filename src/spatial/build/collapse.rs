@@ -2,18 +2,24 @@
 
 use std::ops::Range;
 
-use bevy::math::bounding::BoundingVolume;
 use smallvec::SmallVec;
 
-use super::tagged_box::{Below, BinaryNode, BuildItem};
-use crate::spatial::wide::{Child, LANES, NodeIndex, WideNode};
+use super::{
+    plan::{Plan, Shares},
+    tagged_box::{BinaryNode, BuildItem},
+};
+use crate::spatial::{
+    simd,
+    wide::{Child, LANES, NodeIndex, WideNode},
+};
 
 /// Writes wide nodes, and the items in the order of their leaves.
 pub(super) struct Collapse<'a, L, N> {
-    /// The root first.
+    pub plan: &'a Plan,
     pub tree: &'a [BinaryNode],
+    pub rings: &'a [u32],
     pub unordered: &'a [BuildItem],
-    pub leaf_size: usize,
+    pub leaf_size: u32,
     pub items: &'a mut Vec<BuildItem>,
     pub nodes: &'a mut Vec<WideNode>,
     pub leaf: L,
@@ -29,44 +35,47 @@ where
     N: FnMut(NodeIndex, Option<(NodeIndex, usize)>, Range<usize>),
 {
     /// Writes everything, over nodes and items that are empty.
-    pub(super) fn run(mut self) {
-        let root = self.tree[0];
+    pub(super) fn run(mut self, root: &BinaryNode) {
+        (self.node)(0, None, 0..root.count() as usize);
         self.nodes.push(WideNode::EMPTY);
-        (self.node)(0, None, 0..root.count());
         self.fill(0, root);
     }
 
-    /// Gives a node its children and all that is below them, and returns the mask of all that.
-    fn fill(&mut self, node: NodeIndex, above: BinaryNode) -> u32 {
-        let parts = if above.count() <= self.leaf_size {
-            SmallVec::from_slice(&[above])
+    /// Gives a node its children and all that is below them, and returns the mask of all that. Never deeper than the
+    /// binary hierarchy.
+    fn fill(&mut self, node: NodeIndex, above: &BinaryNode) -> u32 {
+        let mut parts = Parts::new();
+        if above.count() <= self.leaf_size {
+            parts.push(*above);
         } else {
-            self.open(above)
-        };
-        // Siblings stand side by side.
+            self.share(above, LANES, true, &mut parts);
+        }
+
         let mut next_child = self.nodes.len() as NodeIndex;
         let mut first = self.items.len();
         for (lane, part) in parts.iter().enumerate() {
+            let below = first..first + part.count() as usize;
+            first = below.end;
             if part.count() > self.leaf_size {
-                (self.node)(
-                    self.nodes.len() as NodeIndex,
-                    Some((node, lane)),
-                    first..first + part.count(),
-                );
+                self.prefetch(part);
+                (self.node)(self.nodes.len() as NodeIndex, Some((node, lane)), below);
                 self.nodes.push(WideNode::EMPTY);
             }
-            first += part.count();
         }
+
         let mut all = 0;
-        for (lane, part) in parts.into_iter().enumerate() {
-            let (mask, child) = if part.count() <= self.leaf_size {
-                let first = self.items.len();
-                let mask = self.take(part);
-                (mask, Child::Leaf((self.leaf)(&self.items[first..], first, node, lane)))
-            } else {
+        for (lane, part) in parts.iter().enumerate() {
+            let (mask, child) = if part.count() > self.leaf_size {
                 let child = next_child;
                 next_child += 1;
                 (self.fill(child, part), Child::Node(child))
+            } else {
+                let first = self.items.len();
+                self.items
+                    .extend(ring(self.rings, part).map(|item| self.unordered[item]));
+                let items = &self.items[first..];
+                let mask = items.iter().fold(0, |mask, item| mask | item.mask());
+                (mask, Child::Leaf((self.leaf)(items, first, node, lane)))
             };
             self.nodes[node as usize].set(lane, &part.aabb(), mask, child);
             all |= mask;
@@ -74,65 +83,48 @@ where
         all
     }
 
-    /// The parts that become the children of one wide node: always the one with the largest area is opened, but what
-    /// fits into a node of its own stays whole, unless there is room for all of it here. Opened halfway it would leave
-    /// nodes of two or three children at the bottom of the hierarchy, where most of the nodes are.
-    fn open(&self, above: BinaryNode) -> Parts {
-        let mut parts: Parts = SmallVec::from_slice(&[above]);
-        let capacity = LANES * self.leaf_size;
-        let enough = if above.count() > capacity {
-            capacity
-        } else {
-            self.leaf_size
-        };
-        while parts.len() < LANES
-            && let Some(part) = largest(&parts, |count| count > enough)
-        {
-            self.open_at(part, &mut parts);
+    /// Appends what a node becomes in so many lanes.
+    fn share(&self, node: &BinaryNode, lanes: usize, is_wide: bool, parts: &mut Parts) {
+        match self.plan.shares(node, self.tree, lanes, is_wide) {
+            Shares::Whole => parts.push(*node),
+            Shares::Items => {
+                for item in ring(self.rings, node) {
+                    parts.push(BinaryNode::new(&self.unordered[item].aabb(), item as u32, 1));
+                }
+            }
+            Shares::Children(lanes) => {
+                let first = node.first() as usize;
+                self.share(&self.tree[first], lanes[0], false, parts);
+                self.share(&self.tree[first + 1], lanes[1], false, parts);
+            }
         }
-        while let room = LANES - parts.len()
-            && let Some(part) = largest(&parts, |count| count > self.leaf_size && count - 1 <= room)
-        {
-            self.open_at(part, &mut parts);
-        }
-        parts
     }
 
-    /// Replaces a part by its children.
+    /// Asks for what is read when a node is filled.
     #[inline(always)]
-    fn open_at(&self, part: usize, parts: &mut Parts) {
-        match parts[part].below() {
-            Below::Nodes(first) => {
-                parts[part] = self.tree[first];
-                parts.push(self.tree[first + 1]);
+    fn prefetch(&self, node: &BinaryNode) {
+        let first = node.first() as usize;
+        if self.plan.is_bag(node) {
+            simd::prefetch(&self.rings[first]);
+            // Most of the others follow.
+            for item in self.unordered[first..].iter().take(LANES).step_by(2) {
+                simd::prefetch(item);
             }
-            Below::Items(items) => {
-                parts.swap_remove(part);
-                parts.extend(items.map(|item| BinaryNode::of_items(&self.unordered[item].aabb(), item as u32, 1)));
-            }
-        }
-    }
-
-    /// Puts all that is below a node next in the order, and returns its mask.
-    fn take(&mut self, above: BinaryNode) -> u32 {
-        match above.below() {
-            Below::Nodes(first) => self.take(self.tree[first]) | self.take(self.tree[first + 1]),
-            Below::Items(items) => {
-                let items = &self.unordered[items];
-                self.items.extend_from_slice(items);
-                items.iter().fold(0, |mask, item| mask | item.mask())
-            }
+        } else {
+            simd::prefetch(&self.tree[first]);
+            simd::prefetch(&self.tree[first + 1]);
+            simd::prefetch(self.plan.costs_of_inner(node));
         }
     }
 }
 
-/// The part with the largest area among those with a suitable number of items.
+/// The items of a bag.
 #[inline(always)]
-fn largest(parts: &Parts, suits: impl Fn(usize) -> bool) -> Option<usize> {
-    (0..parts.len())
-        .filter(|&part| suits(parts[part].count()))
-        .max_by(|&a, &b| {
-            let area = |part: usize| parts[part].aabb().visible_area();
-            area(a).total_cmp(&area(b))
-        })
+fn ring<'a>(rings: &'a [u32], bag: &BinaryNode) -> impl Iterator<Item = usize> + 'a {
+    let mut next = bag.first();
+    (0..bag.count()).map(move |_| {
+        let item = next as usize;
+        next = rings[item];
+        item
+    })
 }

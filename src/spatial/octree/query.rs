@@ -1,0 +1,105 @@
+//! The queries of the octree.
+
+use std::ops::ControlFlow;
+
+use bevy::math::{Vec3A, bounding::Aabb3d};
+
+use super::{
+    super::{
+        Region, SpatialQueries, Sweep, Visit,
+        lanes::{Entering, Growing},
+        sweep::slack_reach,
+        traverse::{self, Found},
+        wide::{Child, EVERY_MASK, NodeIndex, WideNode},
+    },
+    Octree,
+    cell::Cell,
+};
+use crate::geometry::ray::Ray;
+
+impl<K: Copy> SpatialQueries<K> for Octree<K> {
+    fn len(&self) -> usize {
+        self.leaves.len()
+    }
+
+    fn bounds(&self) -> Option<Aabb3d> {
+        self.root.map(|root| self.nodes[root as usize].bounds())
+    }
+
+    fn memory(&self) -> usize {
+        self.nodes.capacity() * size_of::<WideNode>()
+            + self.cells.capacity() * size_of::<Cell>()
+            + (self.free.capacity() + self.stale.capacity()) * size_of::<NodeIndex>()
+            + self.leavers.capacity() * size_of::<(u32, Aabb3d)>()
+            + self.leaves.memory()
+    }
+
+    fn visit_all(&self, mut visit: impl FnMut(K, &Aabb3d)) {
+        for node in &self.nodes {
+            for (aabb, child) in node.lanes() {
+                if let Child::Leaf(leaf) = child {
+                    visit(self.leaves.key_at(leaf), &aabb);
+                }
+            }
+        }
+    }
+
+    fn visit_ray(&self, ray: &Ray, mut visit: impl FnMut(K, f32) -> Visit) {
+        let Some(root) = self.root else {
+            return;
+        };
+        let visit = |leaf, t| visit(self.leaves.key_at(leaf), t);
+        traverse::visit_in_order(&self.nodes, root, EVERY_MASK, ray.t_max(), Entering::new(ray), visit);
+    }
+
+    fn visit_sweep<S: Sweep>(&self, sweep: &S, mut visit: impl FnMut(K, f32) -> Visit) {
+        let Some(root) = self.root else {
+            return;
+        };
+        let mut limit = sweep.ray().t_max().min(f32::MAX);
+        let path = Entering::grown(sweep.ray(), slack_reach(sweep));
+        let visit = |leaf, _| {
+            let aabb = self.aabb_at(self.leaves.place_at(leaf));
+            let Some(t) = sweep.intersection_at(&aabb).filter(|&t| t <= limit) else {
+                return Visit::Continue;
+            };
+            let wanted = visit(self.leaves.key_at(leaf), t);
+            if let Visit::Shorten(to) = wanted {
+                limit = limit.min(to);
+            }
+            wanted
+        };
+        traverse::visit_in_order(&self.nodes, root, EVERY_MASK, sweep.ray().t_max(), path, visit);
+    }
+
+    fn visit_region<R: Region>(&self, region: &R, mut visit: impl FnMut(K) -> ControlFlow<()>) {
+        let Some(root) = self.root else {
+            return;
+        };
+        let mut visit = |leaf| visit(self.leaves.key_at(leaf));
+        traverse::visit_region(&self.nodes, root, EVERY_MASK, &region.outline(), |found| match found {
+            Found::Whole(node) => traverse::visit_leaves(&self.nodes, node, EVERY_MASK, &mut visit),
+            Found::Leaf {
+                to_test: Some(aabb), ..
+            } if !region.touches(&aabb) => ControlFlow::Continue(()),
+            Found::Leaf { leaf, .. } => visit(leaf),
+        });
+    }
+
+    fn visit_near(&self, point: Vec3A, max_distance: f32, mut visit: impl FnMut(K, f32) -> Visit) {
+        let Some(root) = self.root else {
+            return;
+        };
+        let visit = |leaf, distance_squared| visit(self.leaves.key_at(leaf), distance_squared);
+        let limit = max_distance * max_distance;
+        traverse::visit_in_order(&self.nodes, root, EVERY_MASK, limit, Growing { center: point }, visit);
+    }
+
+    fn visit_pairs(&self, mut visit: impl FnMut(K, K) -> ControlFlow<()>) {
+        let Some(root) = self.root else {
+            return;
+        };
+        let visit = |a, b| visit(self.leaves.key_at(a), self.leaves.key_at(b));
+        traverse::visit_pairs((&self.nodes, root), None, EVERY_MASK, visit);
+    }
+}

@@ -1,0 +1,7 @@
+//! The structures of the spatial layer.
+
+mod aabb_tree;
+mod differential;
+mod kd_tree;
+mod octree;
+mod uniform_grid;
