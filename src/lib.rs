@@ -26,6 +26,7 @@
 //! PostUpdate   TransformSystems::Propagate   Bevy writes GlobalTransform
 //!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
 //!              SpatialIndexSystems::Sync     what changed → meshes, leaves
+//!              SpatialIndexSystems::Optimize upkeep of the tree
 //! ```
 
 pub mod geometry;
@@ -48,7 +49,7 @@ pub mod prelude {
         },
         index::{
             Backfaces, BoundedBy, HitTriangle, MeshContact, NoSpatialIndex, PickShape, QueryVisibility, RayHit,
-            SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems,
+            SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems, SweepHit,
         },
     };
 

@@ -428,14 +428,14 @@ fn what_was_in_the_buffers_is_overwritten() {
     let (hits, entities) = query(&mut app, |scene| {
         let (mut hits, mut entities) = (vec![hit; 5], vec![Entity::PLACEHOLDER; 5]);
         scene.cast_ray_all(ALONG, &settings(), &mut hits);
-        scene.overlap_aabb(&Aabb3d::new(Vec3::ZERO, Vec3::ONE), &settings(), &mut entities);
+        scene.overlap(&Aabb3d::new(Vec3::ZERO, Vec3::ONE), &settings(), &mut entities);
         let found = (hits.clone(), entities.clone());
         let nowhere = Ray3d {
             origin: Vec3::NAN,
             ..ALONG
         };
         scene.cast_ray_all(nowhere, &settings(), &mut hits);
-        scene.overlap_sphere(&BoundingSphere::new(Vec3::ONE * 50.0, 1.0), &settings(), &mut entities);
+        scene.overlap(&BoundingSphere::new(Vec3::ONE * 50.0, 1.0), &settings(), &mut entities);
         assert!(hits.is_empty() && entities.is_empty());
         found
     });
@@ -511,7 +511,7 @@ fn points_so_far_apart_that_their_distance_overflows_do_not_see_through_things()
 fn in_box(app: &mut App, aabb: Aabb3d, settings: SceneQuerySettings) -> Vec<Entity> {
     query(app, |scene| {
         let mut found = Vec::new();
-        scene.overlap_aabb(&aabb, &settings, &mut found);
+        scene.overlap(&aabb, &settings, &mut found);
         found
     })
 }
@@ -519,7 +519,7 @@ fn in_box(app: &mut App, aabb: Aabb3d, settings: SceneQuerySettings) -> Vec<Enti
 fn in_sphere(app: &mut App, sphere: BoundingSphere, settings: SceneQuerySettings) -> Vec<Entity> {
     query(app, |scene| {
         let mut found = Vec::new();
-        scene.overlap_sphere(&sphere, &settings, &mut found);
+        scene.overlap(&sphere, &settings, &mut found);
         found
     })
 }

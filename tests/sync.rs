@@ -383,7 +383,7 @@ fn an_entity_with_a_box_and_no_mesh_is_found_by_its_box_and_hit_by_no_ray() {
 fn overlapping(app: &mut App, point: Vec3) -> Vec<Entity> {
     let mut found = Vec::new();
     query(app, |scene| {
-        scene.overlap_aabb(
+        scene.overlap(
             &Aabb3d::new(point, Vec3::splat(0.1)),
             &SceneQuerySettings::default(),
             &mut found,

@@ -12,7 +12,7 @@ use bevy::{
 use smallvec::SmallVec;
 use tracing::warn;
 
-use super::{meshes::MeshStatus, spatial_index::PlacedSurface};
+use super::{meshes::MeshStatus, surface::PlacedSurface};
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
@@ -173,7 +173,7 @@ impl MeshSlot {
             },
             // The transform is flat, or so nearly flat that the ray overflows: take the triangles to the world.
             None => {
-                let place = |corner: Vec3A| placed.world_from_local.transform_point3a(corner);
+                let place = |corner: Vec3A| placed.world_from_local().transform_point3a(corner);
                 self.triangles()?.closest_hit_of(ray, backfaces, place)
             }
         }

@@ -12,7 +12,7 @@
 //! # What a ray hits
 //!
 //! The entity's [`PickShape`], else the triangles of its [`SimplifiedMesh`], else of its `Mesh3d`, else of its `Mesh2d`.
-//! An entity without any of these is found by its box ([`SceneQuery::overlap_aabb`]) and hit by no ray. Back faces are
+//! An entity without any of these is found by its box ([`SceneQuery::overlap`]) and hit by no ray. Back faces are
 //! passed through, except on `Mesh2d` and with [`RayCastBackfaces`].
 //!
 //! # Bad data
@@ -24,24 +24,26 @@
 
 mod components;
 mod hit;
-mod mesh_contacts;
+mod mask;
 mod mesh_slot;
 mod meshes;
 mod pick_shape;
 mod scene_query;
 mod settings;
 mod spatial_index;
+mod stats;
+mod surface;
 mod sync;
 
 pub use crate::geometry::ray::triangle::Backfaces;
 pub use components::{BoundedBy, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
-pub use mesh_contacts::MeshContact;
 pub use meshes::{MeshBvhs, MeshStatus};
 pub use pick_shape::PickShape;
-pub use scene_query::SceneQuery;
+pub use scene_query::{MeshContact, SceneQuery, SweepHit};
 pub use settings::{QueryVisibility, SceneQuerySettings};
-pub use spatial_index::{Refusal, SpatialIndex};
+pub use spatial_index::{Refusal, SpatialIndex, SpatialIndexStats};
+pub use stats::SyncStats;
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
@@ -61,6 +63,8 @@ pub enum SpatialIndexSystems {
     /// The changes of this frame reach the index. After transforms, bounds and visibility have been propagated,
     /// before Bevy checks visibility.
     Sync,
+    /// The index is kept fast, after [`Sync`](Self::Sync). Changes no answer.
+    Optimize,
 }
 
 /// Keeps the [`SpatialIndex`] and the [`MeshBvhs`] in step with the world.
@@ -76,11 +80,15 @@ impl Plugin for SpatialIndexPlugin {
         }
         app.insert_resource(SpatialIndex::new())
             .insert_resource(MeshBvhs::new())
+            .init_resource::<SyncStats>()
             .register_type::<BoundedBy>()
             .register_type::<NoSpatialIndex>()
+            .register_type::<SpatialIndexStats>()
+            .register_type::<SyncStats>()
             .configure_sets(
                 PostUpdate,
-                SpatialIndexSystems::Sync
+                (SpatialIndexSystems::Sync, SpatialIndexSystems::Optimize)
+                    .chain()
                     .after(TransformSystems::Propagate)
                     .after(AssetEventSystems)
                     .after(VisibilitySystems::CalculateBounds)
@@ -97,7 +105,8 @@ impl Plugin for SpatialIndexPlugin {
                 )
                     .chain()
                     .in_set(SpatialIndexSystems::Sync),
-            );
+            )
+            .add_systems(PostUpdate, sync::optimize.in_set(SpatialIndexSystems::Optimize));
     }
 
     fn is_unique(&self) -> bool {

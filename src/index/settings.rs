@@ -39,7 +39,7 @@ pub enum QueryVisibility {
 /// ```
 #[derive(Clone, Copy)]
 pub struct SceneQuerySettings<'a> {
-    /// How far a ray reaches, in world units. Infinite by default.
+    /// How far a ray or a sweep reaches, and how far off the nearest entity may be, in world units. Infinite by default.
     pub max_distance: f32,
     /// Only entities that share a layer with these; entities without `RenderLayers` are on layer 0. `None`, the
     /// default, is no restriction.
@@ -51,8 +51,8 @@ pub struct SceneQuerySettings<'a> {
     /// Entities that are passed over. Searched from end to end: for many, use [`predicate`](Self::predicate).
     pub excluded: &'a [Entity],
     /// Only entities for which this is true. Asked last: about entities that pass everything else, and of a ray only
-    /// about those that it hits.
-    pub predicate: Option<&'a dyn Fn(Entity) -> bool>,
+    /// about those that it hits; by several threads where many rays are cast at once.
+    pub predicate: Option<&'a (dyn Fn(Entity) -> bool + Sync)>,
 }
 
 impl Default for SceneQuerySettings<'_> {
@@ -107,7 +107,7 @@ impl<'a> SceneQuerySettings<'a> {
 
     /// Sets [`predicate`](Self::predicate).
     #[must_use]
-    pub fn filter(self, predicate: &'a dyn Fn(Entity) -> bool) -> Self {
+    pub fn filter(self, predicate: &'a (dyn Fn(Entity) -> bool + Sync)) -> Self {
         Self {
             predicate: Some(predicate),
             ..self

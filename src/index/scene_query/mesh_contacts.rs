@@ -4,8 +4,10 @@ use std::ops::ControlFlow;
 
 use bevy::ecs::entity::Entity;
 
-use super::{SceneQuery, SceneQuerySettings};
-use crate::{geometry::triangle_triangle::TriangleContact, mesh::PlacedMesh, spatial::SpatialQueries};
+use super::SceneQuery;
+use crate::{
+    geometry::triangle_triangle::TriangleContact, index::SceneQuerySettings, mesh::PlacedMesh, spatial::SpatialQueries,
+};
 
 /// Two triangles of two entities that touch.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,14 +54,14 @@ impl SceneQuery<'_, '_> {
     /// `backfaces` of the settings do not matter.
     pub fn touching_meshes(&self, entity: Entity, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         entities.clear();
-        let (Some(mesh), Some(aabb)) = (self.placed_mesh(entity), self.index().aabb(entity)) else {
+        let (Some(mesh), Some(aabb)) = (self.placed_mesh(entity), self.index.aabb(entity)) else {
             return;
         };
-        self.index().tree().visit_region(&aabb, |key| {
-            let other = (key.entity != entity).then_some(key);
-            let other = other.and_then(|key| self.accept(key, settings));
-            let touches = |other: &Entity| self.placed_mesh(*other).is_some_and(|other| mesh.intersects(&other));
-            entities.extend(other.filter(touches));
+        self.boxes(settings).visit_region(&aabb, |other| {
+            let touches = |other| self.placed_mesh(other).is_some_and(|other| mesh.intersects(&other));
+            if other != entity && touches(other) {
+                entities.push(other);
+            }
             ControlFlow::Continue(())
         });
         entities.sort_unstable();
@@ -67,7 +69,7 @@ impl SceneQuery<'_, '_> {
 
     /// The mesh of an entity in its place.
     fn placed_mesh(&self, entity: Entity) -> Option<PlacedMesh<'_>> {
-        let surface = self.index().surface_of(entity).filter(|_| self.exists(entity))?;
-        self.meshes().slot(surface.mesh()?)?.placed(surface.world_from_local)
+        let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
+        self.meshes.slot(surface.mesh()?)?.placed(*surface.world_from_local())
     }
 }

@@ -1,57 +1,33 @@
-//! The system parameter through which a game asks the index.
-
-use std::ops::ControlFlow;
+//! Rays, and what they hit.
 
 use bevy::{
-    camera::visibility::{ViewVisibility, VisibilityClass},
-    ecs::{
-        change_detection::Res,
-        entity::Entity,
-        query::Has,
-        system::{Query, SystemParam},
-    },
-    math::{
-        Ray3d, Vec3,
-        bounding::{Aabb3d, BoundingSphere},
-    },
+    ecs::entity::Entity,
+    math::{Ray3d, Vec3},
+    tasks::{ComputeTaskPool, ParallelSliceMut, TaskPool},
 };
 
-use super::{
-    HitTriangle, MeshBvhs, QueryVisibility, RayHit, SceneQuerySettings, SpatialIndex,
-    spatial_index::{Key, PlacedSurface, Shape},
-};
+use super::SceneQuery;
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
         surface::SurfaceHit,
     },
+    index::{
+        HitTriangle, RayHit, SceneQuerySettings,
+        spatial_index::Key,
+        surface::{PlacedSurface, Shape},
+    },
     mesh::TriangleHit,
     spatial::{SpatialQueries, Visit},
 };
 
-/// Asks what a ray hits and what is where, in world space.
-///
-/// Answers from the [`SpatialIndex`] as of the last `PostUpdate`: what has moved since is found where it was, and what
-/// has been despawned since is not found. Read-only, so that any number of systems may ask at the same time.
-///
-/// ```
-/// # use bevy::prelude::*;
-/// # use bevy_sightline::prelude::*;
-/// fn what_is_ahead(scene: SceneQuery, eye: Single<&GlobalTransform, With<Camera>>) {
-///     let ray = Ray3d::new(eye.translation(), eye.forward());
-///     if let Some(hit) = scene.cast_ray(ray, &SceneQuerySettings::default()) {
-///         println!("{} is {} m ahead", hit.entity, hit.distance);
-///     }
-/// }
-/// ```
-#[derive(SystemParam)]
-pub struct SceneQuery<'w, 's> {
-    index: Res<'w, SpatialIndex>,
-    meshes: Res<'w, MeshBvhs>,
-    /// Every entity that still exists and is not disabled.
-    entities: Query<'w, 's, (Option<&'static ViewVisibility>, Has<VisibilityClass>)>,
-}
+/// Fewer rays than this are not worth a task.
+const LEAST_RAYS: usize = 32;
 
+/// Tasks per thread, so that none waits long for another.
+const TASKS_PER_THREAD: usize = 4;
+
+/// Rays hit surfaces, exactly: see [`crate::index`].
 impl SceneQuery<'_, '_> {
     /// The nearest hit of a ray.
     ///
@@ -59,11 +35,40 @@ impl SceneQuery<'_, '_> {
     /// the smallest entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
         let ray = Ray::from_ray3d(ray, settings.max_distance)?;
-        let (_, _, closest) = self.index.tree().closest_hit(&ray, |key, rest| {
+        let (_, _, closest) = self.tree(settings).closest_hit(&ray, |key, rest| {
             let hit = self.hit_surface(key, rest, settings)?;
             self.confirm(key.entity, settings).then_some((hit.t(), hit))
         })?;
         self.ray_hit(&ray, &closest)
+    }
+
+    /// The nearest hit of each of many rays, written over `hits` in the order of the rays: what
+    /// [`cast_ray`](Self::cast_ray) tells of each, on all threads.
+    ///
+    /// ```
+    /// # use bevy::prelude::*;
+    /// # use bevy_sightline::prelude::*;
+    /// fn look_around(scene: SceneQuery, eyes: Query<&GlobalTransform, With<Camera>>, mut seen: Local<Vec<Option<RayHit>>>) {
+    ///     let rays: Vec<Ray3d> = eyes.iter().map(|eye| Ray3d::new(eye.translation(), eye.forward())).collect();
+    ///     scene.cast_rays(&rays, &SceneQuerySettings::default(), &mut seen);
+    ///     let nearest = seen.iter().flatten().map(|hit| hit.distance).reduce(f32::min);
+    /// }
+    /// ```
+    pub fn cast_rays(&self, rays: &[Ray3d], settings: &SceneQuerySettings, hits: &mut Vec<Option<RayHit>>) {
+        hits.clear();
+        let pool = ComputeTaskPool::get_or_init(TaskPool::default);
+        let threads = pool.thread_num();
+        if rays.len() < LEAST_RAYS || threads <= 1 {
+            hits.extend(rays.iter().map(|&ray| self.cast_ray(ray, settings)));
+            return;
+        }
+        hits.resize(rays.len(), None);
+        let step = rays.len().div_ceil(threads * TASKS_PER_THREAD).max(LEAST_RAYS / 2);
+        hits.par_chunk_map_mut(pool, step, |chunk, hits| {
+            for (hit, &ray) in hits.iter_mut().zip(&rays[chunk * step..]) {
+                *hit = self.cast_ray(ray, settings);
+            }
+        });
     }
 
     /// All hits of a ray, nearest first, written over `hits`: for each entity its nearest.
@@ -90,7 +95,7 @@ impl SceneQuery<'_, '_> {
         };
         let mut rest = ray;
         let mut blocked_at = f32::INFINITY;
-        self.index.tree().visit_ray(&ray, |key, _| {
+        self.tree(settings).visit_ray(&ray, |key, _| {
             let hit = self.hit_surface(key, &rest, settings);
             let Some(hit) = hit.filter(|hit| self.confirm(hit.entity, settings)) else {
                 return Visit::Continue;
@@ -133,47 +138,8 @@ impl SceneQuery<'_, '_> {
         from == to || Ray::segment(from, to).is_some_and(|segment| !self.blocks(&segment, &settings))
     }
 
-    /// All entities whose world box touches `aabb`, in ascending order, written over `entities`.
-    ///
-    /// `max_distance` and `backfaces` of the settings do not matter.
-    pub fn overlap_aabb(&self, aabb: &Aabb3d, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
-        entities.clear();
-        self.index.tree().visit_region(aabb, |key| {
-            entities.extend(self.accept(key, settings));
-            ControlFlow::Continue(())
-        });
-        entities.sort_unstable();
-    }
-
-    /// All entities whose world box touches `sphere`, in ascending order, written over `entities`.
-    ///
-    /// `max_distance` and `backfaces` of the settings do not matter.
-    pub fn overlap_sphere(&self, sphere: &BoundingSphere, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
-        entities.clear();
-        self.index.tree().visit_region(sphere, |key| {
-            entities.extend(self.accept(key, settings));
-            ControlFlow::Continue(())
-        });
-        entities.sort_unstable();
-    }
-
-    /// The index that is asked.
-    pub fn index(&self) -> &SpatialIndex {
-        &self.index
-    }
-
-    /// The meshes that are hit.
-    pub fn meshes(&self) -> &MeshBvhs {
-        &self.meshes
-    }
-
-    /// Whether an entity of the index still exists and is not disabled.
-    pub(super) fn exists(&self, entity: Entity) -> bool {
-        self.entities.contains(entity)
-    }
-
     fn blocks(&self, ray: &Ray, settings: &SceneQuerySettings) -> bool {
-        self.index.tree().any_hit(ray, |key, ray| {
+        self.tree(settings).any_hit(ray, |key, ray| {
             self.admit(key, settings)
                 && (self.index.surface(key.slot)).is_some_and(|surface| self.is_hit(surface, ray, settings))
                 && self.confirm(key.entity, settings)
@@ -214,32 +180,6 @@ impl SceneQuery<'_, '_> {
         }
     }
 
-    /// The entity, if the settings accept it.
-    pub(super) fn accept(&self, key: Key, settings: &SceneQuerySettings) -> Option<Entity> {
-        (self.admit(key, settings) && self.confirm(key.entity, settings)).then_some(key.entity)
-    }
-
-    /// Whether the settings admit an entity, as far as the index knows.
-    fn admit(&self, key: Key, settings: &SceneQuerySettings) -> bool {
-        let entry = self.index.entry(key.slot);
-        let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&entry.layers));
-        let visible = entry.visible || settings.visibility == QueryVisibility::Any;
-        on_layers && visible && !settings.excluded.contains(&key.entity)
-    }
-
-    /// Whether the settings accept an entity that the index [admits](Self::admit): asks the world, and the user.
-    fn confirm(&self, entity: Entity, settings: &SceneQuerySettings) -> bool {
-        // Fails for what was despawned or disabled since the index was brought up to date.
-        let Ok((view_visibility, is_drawn)) = self.entities.get(entity) else {
-            return false;
-        };
-        // No view ever looks at what is not drawn.
-        let in_view = settings.visibility != QueryVisibility::VisibleInView
-            || !is_drawn
-            || view_visibility.is_some_and(|view_visibility| view_visibility.get());
-        in_view && settings.predicate.is_none_or(|predicate| predicate(entity))
-    }
-
     /// Puts what is known of a hit into world space.
     fn ray_hit(&self, ray: &Ray, EntityHit { entity, surface, hit }: &EntityHit) -> Option<RayHit> {
         let (distance, normal, triangle, uv) = match hit {
@@ -249,13 +189,13 @@ impl SceneQuery<'_, '_> {
             }
             Hit::Triangle(hit) => {
                 let mesh = surface.mesh().and_then(|mesh| self.meshes.triangles(mesh))?;
-                let place = |vertex| surface.world_from_local.transform_point3(vertex);
+                let place = |vertex| surface.world_from_local().transform_point3(vertex);
                 let vertices @ [a, b, c] = mesh.triangle(hit).map(place);
-                let distance = surface.local_from_world.map_or(hit.t, |local_from_world| {
-                    ray.refined_under(&local_from_world, mesh.triangle(hit), hit.t)
+                let distance = surface.local_from_world().map_or(hit.t, |local_from_world| {
+                    ray.refined_under(local_from_world, mesh.triangle(hit), hit.t)
                         .clamp(ray.t_min(), ray.t_max())
                 });
-                let normal = match surface.local_from_world {
+                let normal = match surface.local_from_world() {
                     Some(_) => surface.normal_to_world(mesh.normal(hit).normalize_or_zero()),
                     // A flattened mesh has but the normals of its triangles.
                     None => (b - a).cross(c - a).normalize_or_zero(),

@@ -1,0 +1,92 @@
+//! The system parameter through which a game asks the index.
+
+mod boxes;
+mod mesh_contacts;
+mod rays;
+
+pub use boxes::SweepHit;
+pub use mesh_contacts::MeshContact;
+
+use bevy::{
+    camera::visibility::{ViewVisibility, VisibilityClass},
+    ecs::{
+        change_detection::Res,
+        entity::Entity,
+        query::Has,
+        system::{Query, SystemParam},
+    },
+};
+
+use super::{MeshBvhs, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, spatial_index::Key};
+use crate::spatial::aabb_tree::Masked;
+
+/// Asks what a ray hits and what is where, in world space.
+///
+/// Answers from the [`SpatialIndex`] as of the last `PostUpdate`: what has moved since is found where it was, and what
+/// has been despawned since is not found. Read-only, so that any number of systems may ask at the same time.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_sightline::prelude::*;
+/// fn what_is_ahead(scene: SceneQuery, eye: Single<&GlobalTransform, With<Camera>>) {
+///     let ray = Ray3d::new(eye.translation(), eye.forward());
+///     if let Some(hit) = scene.cast_ray(ray, &SceneQuerySettings::default()) {
+///         println!("{} is {} m ahead", hit.entity, hit.distance);
+///     }
+/// }
+/// ```
+#[derive(SystemParam)]
+pub struct SceneQuery<'w, 's> {
+    index: Res<'w, SpatialIndex>,
+    meshes: Res<'w, MeshBvhs>,
+    /// Every entity that still exists and is not disabled.
+    entities: Query<'w, 's, (Option<&'static ViewVisibility>, Has<VisibilityClass>)>,
+}
+
+impl SceneQuery<'_, '_> {
+    /// The index that is asked.
+    pub fn index(&self) -> &SpatialIndex {
+        &self.index
+    }
+
+    /// The meshes that are hit.
+    pub fn meshes(&self) -> &MeshBvhs {
+        &self.meshes
+    }
+
+    /// Whether an entity of the index still exists and is not disabled.
+    fn exists(&self, entity: Entity) -> bool {
+        self.entities.contains(entity)
+    }
+
+    /// The tree as far as the settings may accept what is in it.
+    fn tree(&self, settings: &SceneQuerySettings) -> Masked<'_, Key> {
+        self.index.tree().masked(mask::of_settings(settings))
+    }
+
+    /// The entity, if the settings accept it.
+    fn accept(&self, key: Key, settings: &SceneQuerySettings) -> Option<Entity> {
+        (self.admit(key, settings) && self.confirm(key.entity, settings)).then_some(key.entity)
+    }
+
+    /// Whether the settings admit an entity, as far as the index knows.
+    fn admit(&self, key: Key, settings: &SceneQuerySettings) -> bool {
+        let entry = self.index.entry(key.slot);
+        let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&entry.layers));
+        let visible = entry.visible || settings.visibility == QueryVisibility::Any;
+        on_layers && visible && !settings.excluded.contains(&key.entity)
+    }
+
+    /// Whether the settings accept an entity that the index [admits](Self::admit): asks the world, and the user.
+    fn confirm(&self, entity: Entity, settings: &SceneQuerySettings) -> bool {
+        // Fails for what was despawned or disabled since the index was brought up to date.
+        let Ok((view_visibility, is_drawn)) = self.entities.get(entity) else {
+            return false;
+        };
+        // No view ever looks at what is not drawn.
+        let in_view = settings.visibility != QueryVisibility::VisibleInView
+            || !is_drawn
+            || view_visibility.is_some_and(|view_visibility| view_visibility.get());
+        in_view && settings.predicate.is_none_or(|predicate| predicate(entity))
+    }
+}

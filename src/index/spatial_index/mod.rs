@@ -1,0 +1,252 @@
+//! The index itself: the structures, and what is known of each entity in them.
+
+mod stats;
+mod update;
+
+pub use stats::SpatialIndexStats;
+
+use bevy::{
+    camera::visibility::RenderLayers,
+    ecs::{
+        entity::{Entity, EntityHashMap},
+        resource::Resource,
+    },
+    math::{Affine3A, bounding::Aabb3d},
+};
+
+use super::surface::PlacedSurface;
+use crate::{
+    geometry::{aabb::Aabb3dExt, volume::Volume},
+    spatial::{AabbTree, LeafId, SpatialQueries, SpatialUpdates, aabb_tree::BrokenInvariant},
+};
+
+/// All indexed entities in a tree of their world boxes, as of the last
+/// [`SpatialIndexSystems::Sync`](super::SpatialIndexSystems::Sync).
+///
+/// Ask it through [`SceneQuery`](super::SceneQuery); what is here is for tools and tests.
+#[derive(Resource, Debug)]
+pub struct SpatialIndex {
+    tree: AabbTree<Key>,
+    /// The slot of each entity by its index in the world, [`NO_SLOT`] for those that are not here.
+    slot_of: Vec<Slot>,
+    /// What changes need to know, slot by slot.
+    tenants: Vec<Tenant>,
+    /// What queries filter by, slot by slot: apart from the rest, for most that a ray passes is filtered or missed.
+    entries: Vec<Entry>,
+    /// What rays hit, slot by slot.
+    surfaces: Vec<Option<PlacedSurface>>,
+    free_slots: Vec<Slot>,
+    refused: EntityHashMap<Refusal>,
+}
+
+/// The number of an indexed entity.
+pub(super) type Slot = u32;
+
+/// No slot has this number.
+const NO_SLOT: Slot = Slot::MAX;
+
+/// What the structures know an entity by. Ordered by entity, which decides between hits at one distance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key {
+    pub entity: Entity,
+    pub slot: Slot,
+}
+
+/// Why an entity is not in the index although it should be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// Its `GlobalTransform` has a NaN or infinite value.
+    #[error("its GlobalTransform has NaN or infinite values")]
+    Transform,
+    /// Its `Aabb` has a NaN, infinite or negative extent.
+    #[error("its Aabb is NaN, infinite or of negative size")]
+    Bounds,
+    /// Its `PickShape` is empty or has no end.
+    #[error(
+        "its PickShape is empty, has no end, or bounds that are NaN or infinite; a large Plane3d can stand for a plane"
+    )]
+    Shape,
+    /// Both are good, and the box overflows in world space.
+    #[error("its bounds are too large for its GlobalTransform: the world box overflows")]
+    WorldBounds,
+}
+
+/// An entity in its slot: all that is needed to move it.
+#[derive(Clone, Copy, Debug)]
+struct Tenant {
+    /// [`Entity::PLACEHOLDER`] in a free slot.
+    entity: Entity,
+    leaf: LeafId,
+    /// The box whose image is the world box.
+    local: Aabb3d,
+    has_surface: bool,
+}
+
+/// What a query filters an entity by.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub layers: RenderLayers,
+    /// Not hidden by itself or an ancestor.
+    pub visible: bool,
+}
+
+/// What the index is to hold of an entity.
+#[derive(Clone, Debug)]
+pub(super) struct Contents {
+    /// The box in the local space of the entity, and its image in the world.
+    pub local: Aabb3d,
+    pub world: Aabb3d,
+    pub surface: Option<PlacedSurface>,
+    pub entry: Entry,
+}
+
+/// Where entities go that have moved and have not changed otherwise.
+#[derive(Debug, Default)]
+pub(super) struct Moves {
+    boxes: Vec<(LeafId, Aabb3d)>,
+    surfaces: Vec<(Slot, Affine3A)>,
+}
+
+impl SpatialIndex {
+    pub(super) fn new() -> Self {
+        Self {
+            tree: AabbTree::default(),
+            slot_of: Vec::new(),
+            tenants: Vec::new(),
+            entries: Vec::new(),
+            surfaces: Vec::new(),
+            free_slots: Vec::new(),
+            refused: EntityHashMap::default(),
+        }
+    }
+
+    /// The number of entities in the index.
+    pub fn len(&self) -> usize {
+        self.tree.len()
+    }
+
+    /// Whether no entity is in the index.
+    pub fn is_empty(&self) -> bool {
+        self.tree.is_empty()
+    }
+
+    /// Whether the entity is in the index.
+    pub fn contains(&self, entity: Entity) -> bool {
+        self.slot(entity).is_some()
+    }
+
+    /// The world box of an entity, if it is in the index.
+    pub fn aabb(&self, entity: Entity) -> Option<Aabb3d> {
+        let slot = self.slot(entity)?;
+        self.tree.aabb(self.tenants[slot as usize].leaf)
+    }
+
+    /// A world box around everything in the index, or `None` if it is empty.
+    pub fn bounds(&self) -> Option<Aabb3d> {
+        self.tree.bounds()
+    }
+
+    /// The entities that are left out because of bad data, and why.
+    pub fn refused(&self) -> impl ExactSizeIterator<Item = (Entity, Refusal)> + '_ {
+        self.refused.iter().map(|(&entity, &why)| (entity, why))
+    }
+
+    /// Checks that the tree is whole and holds the indexed entities and no others, in O(n log n).
+    ///
+    /// # Errors
+    ///
+    /// The first invariant that does not hold, which is a bug in this crate.
+    pub fn validate(&self) -> Result<(), BrokenInvariant> {
+        self.tree.validate()?;
+        let tenants = self.tenants.iter().zip(0..).filter(|(tenant, _)| !tenant.is_gone());
+        let mut live = 0;
+        for (&Tenant { entity, leaf, .. }, slot) in tenants {
+            live += 1;
+            if self.slot(entity) != Some(slot) || self.tree.key(leaf) != Some(Key { entity, slot }) {
+                return Err(BrokenInvariant::Lost);
+            }
+        }
+        let none_lost = live + self.free_slots.len() == self.tenants.len();
+        if none_lost && live == self.tree.len() {
+            Ok(())
+        } else {
+            Err(BrokenInvariant::Lost)
+        }
+    }
+
+    pub(super) fn tree(&self) -> &AabbTree<Key> {
+        &self.tree
+    }
+
+    pub(super) fn entry(&self, slot: Slot) -> &Entry {
+        &self.entries[slot as usize]
+    }
+
+    pub(super) fn surface(&self, slot: Slot) -> Option<&PlacedSurface> {
+        self.surfaces[slot as usize].as_ref()
+    }
+
+    /// What rays hit on an entity, if it is in the index.
+    pub(super) fn surface_of(&self, entity: Entity) -> Option<&PlacedSurface> {
+        let slot = self.slot(entity)?;
+        self.surface(slot)
+    }
+
+    /// An entity that is here under the index that `entity` has in the world, of whatever generation.
+    pub(super) fn namesake(&self, entity: Entity) -> Option<Entity> {
+        let slot = *self.slot_of.get(entity.index_u32() as usize)?;
+        self.tenants.get(slot as usize).map(|tenant| tenant.entity)
+    }
+
+    #[inline]
+    fn slot(&self, entity: Entity) -> Option<Slot> {
+        let slot = *self.slot_of.get(entity.index_u32() as usize)?;
+        let tenant = self.tenants.get(slot as usize)?;
+        (tenant.entity == entity).then_some(slot)
+    }
+
+    /// Notes where an entity has moved to. Changes nothing yet, so that this may go on in many places at once.
+    ///
+    /// False, and nothing is noted, if that takes more than to move it: it is not in the index, or its world box would
+    /// not be sound.
+    #[inline]
+    pub(super) fn note_move(&self, entity: Entity, world_from_local: Affine3A, moves: &mut Moves) -> bool {
+        let Some(slot) = self.slot(entity) else {
+            return false;
+        };
+        let tenant = &self.tenants[slot as usize];
+        let world = tenant.local.transformed_by_affine(&world_from_local);
+        let is_sound = world.is_sound();
+        if is_sound {
+            moves.boxes.push((tenant.leaf, world));
+            if tenant.has_surface {
+                moves.surfaces.push((slot, world_from_local));
+            }
+        }
+        is_sound
+    }
+}
+
+impl Tenant {
+    fn is_gone(&self) -> bool {
+        self.entity == Entity::PLACEHOLDER
+    }
+}
+
+impl Moves {
+    /// The number of entities that have moved.
+    pub fn len(&self) -> usize {
+        self.boxes.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.boxes.is_empty()
+    }
+
+    /// Adds what is in `other`, and leaves that empty.
+    pub fn append(&mut self, other: &mut Self) {
+        self.boxes.append(&mut other.boxes);
+        self.surfaces.append(&mut other.surfaces);
+    }
+}

@@ -1,0 +1,112 @@
+//! What changes the index.
+
+use bevy::ecs::entity::Entity;
+
+use super::{Contents, Key, Moves, NO_SLOT, Refusal, Slot, SpatialIndex, Tenant};
+use crate::{
+    index::mask,
+    spatial::{NoSuchLeaf, SpatialUpdates, UpdateError},
+};
+
+impl SpatialIndex {
+    /// Puts entities into the index that are not there yet, each with a sound box.
+    pub(in crate::index) fn insert_many(&mut self, new: &mut Vec<(Entity, Contents)>) {
+        let free = self.free_slots.drain(self.free_slots.len().saturating_sub(new.len())..);
+        let slots: Vec<Slot> = free.chain(self.tenants.len() as Slot..).take(new.len()).collect();
+        let leaves = slots.iter().zip(&*new).map(|(&slot, (entity, contents))| {
+            let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
+            let entity = *entity;
+            (Key { entity, slot }, contents.world, mask)
+        });
+        let leaves = self.tree.insert_many_masked(leaves);
+        for ((slot, leaf), (entity, contents)) in slots.into_iter().zip(leaves).zip(new.drain(..)) {
+            let tenant = Tenant {
+                entity,
+                leaf: leaf.expect("the box was checked"),
+                local: contents.local,
+                has_surface: contents.surface.is_some(),
+            };
+            put(&mut self.tenants, slot, tenant);
+            put(&mut self.entries, slot, contents.entry);
+            put(&mut self.surfaces, slot, contents.surface);
+            let index = entity.index_u32() as usize;
+            if self.slot_of.len() <= index {
+                self.slot_of.resize(index + 1, NO_SLOT);
+            }
+            debug_assert!(self.slot_of[index] == NO_SLOT, "{entity} is in the index twice");
+            self.slot_of[index] = slot;
+        }
+    }
+
+    /// Brings an entity that is in the index up to date, but for its box, which goes to `moves`.
+    ///
+    /// # Panics
+    ///
+    /// If the entity is not in the index.
+    pub(in crate::index) fn update(&mut self, entity: Entity, contents: Contents, moves: &mut Moves) {
+        let slot = self.slot(entity).expect("an entity in the index") as usize;
+        let tenant = &mut self.tenants[slot];
+        (tenant.local, tenant.has_surface) = (contents.local, contents.surface.is_some());
+        moves.boxes.push((tenant.leaf, contents.world));
+        let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
+        if self.tree.mask(tenant.leaf) != Some(mask) {
+            self.tree.set_mask(tenant.leaf, mask).expect("a tenant has a leaf");
+        }
+        self.entries[slot] = contents.entry;
+        self.surfaces[slot] = contents.surface;
+    }
+
+    /// Moves entities. What has been removed since the move was noted is passed over.
+    pub(in crate::index) fn apply_moves(&mut self, moves: &mut Moves) {
+        for (slot, world_from_local) in moves.surfaces.drain(..) {
+            if let Some(surface) = &mut self.surfaces[slot as usize] {
+                surface.place(world_from_local);
+            }
+        }
+        let refused = self.tree.update_many(&moves.boxes);
+        let only_the_gone = |(_, why)| why == UpdateError::NoSuchLeaf(NoSuchLeaf);
+        debug_assert!(refused.into_iter().all(only_the_gone), "the boxes were checked");
+        moves.boxes.clear();
+    }
+
+    /// Takes an entity out of the index, if it is there.
+    pub(in crate::index) fn remove(&mut self, entity: Entity) {
+        if let Some(slot) = self.slot(entity) {
+            let tenant = &mut self.tenants[slot as usize];
+            self.tree.remove(tenant.leaf).expect("a tenant has a leaf");
+            tenant.entity = Entity::PLACEHOLDER;
+            self.surfaces[slot as usize] = None;
+            self.slot_of[entity.index_u32() as usize] = NO_SLOT;
+            self.free_slots.push(slot);
+        }
+    }
+
+    /// Notes that an entity is refused, or no longer; returns whether the refusal is news.
+    pub(in crate::index) fn set_refused(&mut self, entity: Entity, refusal: Option<Refusal>) -> bool {
+        match refusal {
+            Some(why) => self.refused.insert(entity, why) != Some(why),
+            None => {
+                // Mostly there is nothing to look up.
+                if !self.refused.is_empty() {
+                    self.refused.remove(&entity);
+                }
+                false
+            }
+        }
+    }
+
+    /// Keeps queries fast: see [`AabbTree::optimize`](crate::spatial::AabbTree::optimize). Returns whether there was
+    /// anything to do.
+    pub(in crate::index) fn optimize(&mut self) -> bool {
+        self.tree.optimize()
+    }
+}
+
+/// Stores `value` in a slot, which is one of those that are there, or the next.
+fn put<T>(slots: &mut Vec<T>, slot: Slot, value: T) {
+    if slot as usize == slots.len() {
+        slots.push(value);
+    } else {
+        slots[slot as usize] = value;
+    }
+}

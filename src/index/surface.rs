@@ -1,0 +1,98 @@
+//! What rays hit on an entity, placed in the world.
+
+use std::sync::OnceLock;
+
+use bevy::{
+    asset::AssetId,
+    math::{Affine3A, DAffine3, Vec3},
+    mesh::Mesh,
+};
+
+use super::PickShape;
+use crate::geometry::{
+    ray::{Ray, triangle::Backfaces},
+    volume::BoundingKind,
+};
+
+/// What rays hit on an entity, placed in the world.
+#[derive(Clone, Debug)]
+pub(super) struct PlacedSurface {
+    pub shape: Shape,
+    pub backfaces: Backfaces,
+    world_from_local: Affine3A,
+    /// Computed for the first ray that asks: most of what moves has moved on before a ray comes near.
+    local_from_world: OnceLock<Option<DAffine3>>,
+}
+
+/// What rays hit on an entity, in its local space.
+#[derive(Clone, Debug)]
+pub(super) enum Shape {
+    /// A mesh, whose triangles are tested when the ray enters its volume of this kind.
+    Mesh(AssetId<Mesh>, BoundingKind),
+    Analytic(PickShape),
+}
+
+impl PlacedSurface {
+    pub fn new(shape: Shape, backfaces: Backfaces, world_from_local: Affine3A) -> Self {
+        Self {
+            shape,
+            backfaces,
+            world_from_local,
+            local_from_world: OnceLock::new(),
+        }
+    }
+
+    /// Puts the surface somewhere else.
+    pub fn place(&mut self, world_from_local: Affine3A) {
+        self.world_from_local = world_from_local;
+        self.local_from_world = OnceLock::new();
+    }
+
+    pub fn world_from_local(&self) -> &Affine3A {
+        &self.world_from_local
+    }
+
+    /// In double precision, for [`Ray::transformed_by`]. `None` where the transform flattens the surface.
+    #[inline]
+    pub fn local_from_world(&self) -> Option<&DAffine3> {
+        let inverse = self.local_from_world.get_or_init(|| inverse(&self.world_from_local));
+        inverse.as_ref()
+    }
+
+    /// The ray in the space of the surface, with the same parameters, if there is such a ray.
+    #[inline]
+    pub fn ray_to_local(&self, ray: &Ray) -> Option<Ray> {
+        ray.transformed_by(self.local_from_world()?)
+    }
+
+    /// A unit normal in world space, for one in the space of the surface: normals transform by the inverse transpose
+    /// (PBRT, 4th edition, §3.10.3). Zero if there is no inverse.
+    pub fn normal_to_world(&self, normal: Vec3) -> Vec3 {
+        self.local_from_world().map_or(Vec3::ZERO, |local_from_world| {
+            let world = local_from_world.matrix3.transpose() * normal.as_dvec3();
+            world.normalize_or_zero().as_vec3()
+        })
+    }
+
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<AssetId<Mesh>> {
+        self.shape.mesh()
+    }
+}
+
+impl Shape {
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<AssetId<Mesh>> {
+        match *self {
+            Self::Mesh(mesh, _) => Some(mesh),
+            Self::Analytic(_) => None,
+        }
+    }
+}
+
+/// The inverse of `transform`, or `None` if it has none: if the transform is flat.
+fn inverse(transform: &Affine3A) -> Option<DAffine3> {
+    // In double precision the determinant of the smallest scale that `f32` can hold does not vanish.
+    let inverse = transform.as_daffine3().inverse();
+    inverse.is_finite().then_some(inverse)
+}

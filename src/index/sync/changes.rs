@@ -1,0 +1,272 @@
+//! What has changed since the last frame, found and dealt with in parallel as far as that goes.
+
+use std::ops::Range;
+
+use bevy::{
+    camera::{
+        primitives::Aabb,
+        visibility::{InheritedVisibility, RenderLayers},
+    },
+    ecs::{
+        change_detection::{ContiguousRef, Ref, Tick},
+        entity::Entity,
+        entity_disabling::Disabled,
+        lifecycle::RemovedComponents,
+        query::{Added, Changed, Or, With},
+        system::{Query, SystemParam},
+    },
+    mesh::{Mesh2d, Mesh3d},
+    tasks::{ComputeTaskPool, TaskPool},
+    transform::components::GlobalTransform,
+};
+use smallvec::SmallVec;
+
+use crate::index::{
+    BoundedBy, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex, spatial_index::Moves,
+};
+
+/// Fewer entities than this are not worth a task.
+const LEAST_ROWS: usize = 16_384;
+
+/// Tasks per thread, so that none waits long for another.
+const TASKS_PER_THREAD: usize = 4;
+
+/// The entities of a table that are looked at together: one bit for each.
+const BLOCK: usize = u64::BITS as usize;
+
+/// An entity could be in the index.
+type HasBounds = Or<(
+    With<Aabb>,
+    With<Mesh2d>,
+    With<Mesh3d>,
+    With<SimplifiedMesh>,
+    With<PickShape>,
+)>;
+
+/// What the index reads of entities, with the times of the changes.
+type Watched = (
+    Entity,
+    Ref<'static, GlobalTransform>,
+    Option<Ref<'static, Aabb>>,
+    Option<Ref<'static, Mesh2d>>,
+    Option<Ref<'static, Mesh3d>>,
+    Option<Ref<'static, SimplifiedMesh>>,
+    Option<Ref<'static, PickShape>>,
+    Option<Ref<'static, BoundedBy>>,
+    Option<Ref<'static, InheritedVisibility>>,
+    Option<Ref<'static, RenderLayers>>,
+    Option<Ref<'static, RayCastBackfaces>>,
+    Option<Ref<'static, NoSpatialIndex>>,
+);
+
+/// Any of that has changed.
+type AnyChanged = Or<(
+    Changed<GlobalTransform>,
+    Changed<Aabb>,
+    Changed<Mesh2d>,
+    Changed<Mesh3d>,
+    Changed<SimplifiedMesh>,
+    Changed<PickShape>,
+    Changed<BoundedBy>,
+    Changed<InheritedVisibility>,
+    Changed<RenderLayers>,
+    Changed<RayCastBackfaces>,
+    Changed<NoSpatialIndex>,
+)>;
+
+/// The entities that have changed.
+#[derive(SystemParam)]
+pub(in crate::index) struct Changes<'w, 's> {
+    watched: Query<'w, 's, Watched, HasBounds>,
+    changed: Query<'w, 's, Entity, (HasBounds, AnyChanged)>,
+}
+
+/// What was found in a part of the world.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// What has moved and has not changed otherwise.
+    pub moves: Moves,
+    /// Everything else that has changed.
+    pub dirty: Vec<Entity>,
+}
+
+impl Changes<'_, '_> {
+    /// Finds everything that has changed. `parts` are buffers, of which as many are filled as there are tasks.
+    pub fn find(&self, index: &SpatialIndex, parts: &mut Vec<Found>) {
+        if parts.is_empty() {
+            parts.push(Found::default());
+        }
+        let Ok(tables) = self.watched.contiguous_iter() else {
+            // A program has made entities be disabled by a component that is not stored in tables.
+            parts[0].dirty.extend(&self.changed);
+            return;
+        };
+        let rows = self.watched.iter().len();
+        let pool = ComputeTaskPool::get_or_init(TaskPool::default);
+        let threads = pool.thread_num();
+        if rows <= LEAST_ROWS || threads <= 1 {
+            for table in tables {
+                let table = Table::new(table);
+                table.find(0..table.entities.len(), index, &mut parts[0]);
+            }
+            return;
+        }
+
+        let step = LEAST_ROWS.max(rows.div_ceil(threads * TASKS_PER_THREAD));
+        let tables = tables.map(Table::new);
+        let tasks: SmallVec<[(Table, Range<usize>); 32]> = tables
+            .flat_map(|table| {
+                let len = table.entities.len();
+                (0..len)
+                    .step_by(step)
+                    .map(move |start| (table.clone(), start..len.min(start + step)))
+            })
+            .collect();
+        if parts.len() < tasks.len() {
+            parts.resize_with(tasks.len(), Found::default);
+        }
+        pool.scope(|scope| {
+            for ((table, rows), found) in tasks.into_iter().zip(parts) {
+                scope.spawn(async move { table.find(rows, index, found) });
+            }
+        });
+    }
+}
+
+/// A table of the world.
+#[derive(Clone)]
+struct Table<'w> {
+    entities: &'w [Entity],
+    transforms: ContiguousRef<'w, GlobalTransform>,
+    /// When each of the other components was changed, of those that the entities have.
+    others: SmallVec<[&'w [Tick]; 10]>,
+}
+
+impl<'w> Table<'w> {
+    fn new(
+        (
+            entities,
+            transforms,
+            aabb,
+            mesh_2d,
+            mesh_3d,
+            simplified,
+            shape,
+            bounded_by,
+            visible,
+            layers,
+            backfaces,
+            not_in,
+        ): (
+            &'w [Entity],
+            ContiguousRef<'w, GlobalTransform>,
+            Option<ContiguousRef<'w, Aabb>>,
+            Option<ContiguousRef<'w, Mesh2d>>,
+            Option<ContiguousRef<'w, Mesh3d>>,
+            Option<ContiguousRef<'w, SimplifiedMesh>>,
+            Option<ContiguousRef<'w, PickShape>>,
+            Option<ContiguousRef<'w, BoundedBy>>,
+            Option<ContiguousRef<'w, InheritedVisibility>>,
+            Option<ContiguousRef<'w, RenderLayers>>,
+            Option<ContiguousRef<'w, RayCastBackfaces>>,
+            Option<ContiguousRef<'w, NoSpatialIndex>>,
+        ),
+    ) -> Self {
+        let others = [
+            ticks(aabb),
+            ticks(mesh_2d),
+            ticks(mesh_3d),
+            ticks(simplified),
+            ticks(shape),
+            ticks(bounded_by),
+            ticks(visible),
+            ticks(layers),
+            ticks(backfaces),
+            ticks(not_in),
+        ];
+        Self {
+            entities,
+            transforms,
+            others: others.into_iter().flatten().collect(),
+        }
+    }
+
+    /// Finds what has changed in some rows.
+    fn find(&self, rows: Range<usize>, index: &SpatialIndex, found: &mut Found) {
+        for start in rows.clone().step_by(BLOCK) {
+            let block = start..rows.end.min(start + BLOCK);
+            let others = self.others.iter();
+            let dirty = others.fold(0, |dirty, ticks| dirty | self.changed(&ticks[block.clone()]));
+            let moved = self.changed(&self.transforms.changed_ticks_slice()[block.clone()]);
+            found.dirty.extend(bits(dirty).map(|row| self.entities[start + row]));
+            for row in bits(moved & !dirty) {
+                let entity = self.entities[start + row];
+                if !index.note_move(entity, self.transforms[start + row].affine(), &mut found.moves) {
+                    found.dirty.push(entity);
+                }
+            }
+        }
+    }
+
+    /// Which of up to [`BLOCK`] ticks are of this frame.
+    fn changed(&self, ticks: &[Tick]) -> u64 {
+        let (last_run, this_run) = (self.transforms.last_run_tick(), self.transforms.this_run_tick());
+        let is_new = |tick: &Tick| tick.is_newer_than(last_run, this_run);
+        // Without a branch, many at once.
+        if !ticks.iter().fold(false, |any, tick| any | is_new(tick)) {
+            return 0;
+        }
+        let rows = ticks.iter().enumerate();
+        rows.fold(0, |changed, (row, tick)| changed | u64::from(is_new(tick)) << row)
+    }
+}
+
+fn ticks<'w, T>(component: Option<ContiguousRef<'w, T>>) -> Option<&'w [Tick]> {
+    component.map(|component| component.changed_ticks_slice())
+}
+
+/// The places of the bits that are set.
+fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = (mask != 0).then_some(mask.trailing_zeros() as usize);
+        mask &= mask.wrapping_sub(1);
+        bit
+    })
+}
+
+/// What the index reads of an entity was taken away, or the whole entity.
+#[derive(SystemParam)]
+pub(in crate::index) struct Removed<'w, 's> {
+    transform: RemovedComponents<'w, 's, GlobalTransform>,
+    aabb: RemovedComponents<'w, 's, Aabb>,
+    mesh_2d: RemovedComponents<'w, 's, Mesh2d>,
+    mesh_3d: RemovedComponents<'w, 's, Mesh3d>,
+    simplified_mesh: RemovedComponents<'w, 's, SimplifiedMesh>,
+    shape: RemovedComponents<'w, 's, PickShape>,
+    bounded_by: RemovedComponents<'w, 's, BoundedBy>,
+    visibility: RemovedComponents<'w, 's, InheritedVisibility>,
+    layers: RemovedComponents<'w, 's, RenderLayers>,
+    backfaces: RemovedComponents<'w, 's, RayCastBackfaces>,
+    no_spatial_index: RemovedComponents<'w, 's, NoSpatialIndex>,
+    disabled: RemovedComponents<'w, 's, Disabled>,
+    newly_disabled: Query<'w, 's, Entity, (With<Disabled>, Added<Disabled>)>,
+}
+
+impl Removed<'_, '_> {
+    /// Those entities, some of them several times.
+    pub fn read(&mut self) -> impl Iterator<Item = Entity> + '_ {
+        (self.transform.read())
+            .chain(self.aabb.read())
+            .chain(self.mesh_2d.read())
+            .chain(self.mesh_3d.read())
+            .chain(self.simplified_mesh.read())
+            .chain(self.shape.read())
+            .chain(self.bounded_by.read())
+            .chain(self.visibility.read())
+            .chain(self.layers.read())
+            .chain(self.backfaces.read())
+            .chain(self.no_spatial_index.read())
+            .chain(self.disabled.read())
+            .chain(&self.newly_disabled)
+    }
+}

@@ -1,0 +1,139 @@
+//! The systems that keep the index in step with the world.
+//!
+//! Whatever happens to an entity, it ends in [`Reconciler::reconcile`], which looks at the entity as it is now and
+//! makes the index agree. So every way in has its way out, and no order of changes within a frame matters.
+//!
+//! There is one short cut, for what happens most: an entity of the index of which nothing but the `GlobalTransform` has
+//! changed keeps all but its place. Such entities are [found](changes) and placed in parallel, and stored together.
+
+mod changes;
+mod reconcile;
+
+use std::time::Instant;
+
+use bevy::{
+    asset::{AssetEvent, AssetId, Assets},
+    ecs::{
+        change_detection::{DetectChangesMut, Res, ResMut},
+        entity::Entity,
+        message::MessageReader,
+        system::{Local, Query},
+    },
+    mesh::Mesh,
+    platform::collections::HashSet,
+};
+
+use super::{
+    MeshBvhs, SpatialIndex, SyncStats,
+    spatial_index::{Contents, Moves},
+};
+use changes::{Changes, Found, Removed};
+use reconcile::{BoundedByMesh, Indexed, Reconciler};
+
+/// Follows mesh assets that are loaded, modified and removed, and takes over the hierarchies that have been built.
+pub(super) fn follow_mesh_assets(
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    assets: Res<Assets<Mesh>>,
+    mut meshes: ResMut<MeshBvhs>,
+) {
+    // An asset that has changed several times is looked at once, as it is now.
+    let changed: HashSet<AssetId<Mesh>> = events
+        .read()
+        .filter_map(|event| match *event {
+            AssetEvent::Added { id }
+            | AssetEvent::Modified { id }
+            | AssetEvent::Removed { id }
+            | AssetEvent::Unused { id } => Some(id),
+            AssetEvent::LoadedWithDependencies { .. } => None,
+        })
+        .collect();
+    for id in changed {
+        meshes.follow(id, &assets);
+    }
+    if meshes.building() > 0 {
+        meshes.collect_built();
+    }
+}
+
+/// What [`follow_entities`] keeps from frame to frame.
+#[derive(Default)]
+pub(super) struct Memory {
+    bounded_by_mesh: BoundedByMesh,
+    /// Buffers, kept for their memory.
+    parts: Vec<Found>,
+    moves: Moves,
+    dirty: Vec<Entity>,
+    new: Vec<(Entity, Contents)>,
+}
+
+/// Brings the index up to date with every entity that has changed in any way that matters.
+pub(super) fn follow_entities(
+    changes: Changes,
+    mut removed: Removed,
+    entities: Query<Indexed>,
+    assets: Option<Res<Assets<Mesh>>>,
+    mut meshes: ResMut<MeshBvhs>,
+    mut index: ResMut<SpatialIndex>,
+    mut stats: ResMut<SyncStats>,
+    mut memory: Local<Memory>,
+) {
+    let start = Instant::now();
+    let Memory {
+        bounded_by_mesh,
+        parts,
+        moves,
+        dirty,
+        new,
+    } = &mut *memory;
+    changes.find(&index, parts);
+    for found in parts {
+        moves.append(&mut found.moves);
+        dirty.append(&mut found.dirty);
+    }
+    let changed_alone = dirty.len();
+    dirty.extend(removed.read());
+    if meshes.has_changed() {
+        dirty.extend(meshes.drain_changed().flat_map(|mesh| bounded_by_mesh.of(mesh)));
+    }
+    if dirty.len() > changed_alone {
+        // One entity may be in several lists.
+        dirty.sort_unstable();
+        dirty.dedup();
+    }
+    *stats = SyncStats {
+        moved: moves.len(),
+        reconciled: dirty.len(),
+        find: start.elapsed(),
+        ..SyncStats::default()
+    };
+
+    // Nothing to do must not count as a change of the index.
+    if !(moves.is_empty() && dirty.is_empty()) {
+        let mut reconciler = Reconciler {
+            assets: assets.as_deref(),
+            meshes: &mut meshes,
+            index: &mut index,
+            bounded_by_mesh,
+            moves,
+            new,
+        };
+        for entity in dirty.drain(..) {
+            reconciler.reconcile(entity, entities.get(entity).ok());
+        }
+        let structures = Instant::now();
+        index.apply_moves(moves);
+        if !new.is_empty() {
+            index.insert_many(new);
+        }
+        stats.structures = structures.elapsed();
+    }
+    stats.total = start.elapsed();
+}
+
+/// Keeps queries fast, as far as there is anything to mend.
+pub(super) fn optimize(mut index: ResMut<SpatialIndex>, mut stats: ResMut<SyncStats>) {
+    let start = Instant::now();
+    // What has not changed for queries has not changed for those who watch the index.
+    stats.optimized = index.bypass_change_detection().optimize();
+    stats.optimize = start.elapsed();
+}
