@@ -1,6 +1,7 @@
 //! All integration tests, in one binary: one module for each behaviour.
 
 mod bounded_by;
+mod boxes;
 mod common;
 mod differential;
 mod geometry;

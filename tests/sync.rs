@@ -14,7 +14,7 @@ use bevy::{
 };
 use bevy_sightline::{
     geometry::ray::{Ray, triangle::Backfaces},
-    index::{MeshBvhs, MeshStatus, NoSpatialIndex, Refusal},
+    index::{MeshBvhs, MeshStatus, NoSpatialIndex, Refusal, SyncStats},
     mesh::TriangleMesh,
     prelude::*,
 };
@@ -1019,6 +1019,161 @@ fn agrees_with_the_world_for_a_thousand_random_frames() {
     }
     step(&mut app);
     assert!(index(&app).is_empty());
+}
+
+// --- The short cut for what only moves ---
+
+#[test]
+fn what_moves_and_changes_otherwise_in_one_frame_is_followed_whole() {
+    let (mut app, cube) = app_with_cube();
+    insert(&mut app, cube, (Transform::from_xyz(5.0, 0.0, 0.0), Visibility::Hidden));
+    assert!(!is_hit(&mut app, cube, Vec3::X * 5.0), "it is hidden");
+    insert(
+        &mut app,
+        cube,
+        (Transform::from_xyz(9.0, 0.0, 0.0), Visibility::Visible),
+    );
+    assert!(is_hit(&mut app, cube, Vec3::X * 9.0));
+    insert(&mut app, cube, (Transform::from_xyz(3.0, 0.0, 0.0), NoSpatialIndex));
+    assert!(!is_indexed(&app, cube));
+}
+
+#[test]
+fn what_moves_while_something_is_taken_away_is_followed_whole() {
+    let (mut app, cube) = app_with_cube();
+    insert(&mut app, cube, RenderLayers::layer(7));
+    let mut cube_mut = app.world_mut().entity_mut(cube);
+    cube_mut
+        .insert(Transform::from_xyz(5.0, 0.0, 0.0))
+        .remove::<RenderLayers>();
+    step(&mut app);
+    let ground = RenderLayers::layer(0);
+    let found = query(&mut app, |scene| {
+        let ray = Ray3d::new(Vec3::new(5.0, 0.0, 9.0), Dir3::NEG_Z);
+        scene.cast_ray(ray, &SceneQuerySettings::default().with_layers(&ground))
+    });
+    assert_eq!(found.map(|hit| hit.entity), Some(cube));
+
+    let mut cube_mut = app.world_mut().entity_mut(cube);
+    cube_mut
+        .insert(Transform::from_xyz(8.0, 0.0, 0.0))
+        .remove::<(Mesh3d, Aabb)>();
+    step(&mut app);
+    assert!(!is_indexed(&app, cube));
+}
+
+#[test]
+fn what_only_moves_is_placed_without_being_looked_at_whole() {
+    let mut app = headless_app();
+    let cubes: Vec<Entity> = (0..10)
+        .map(|i| spawn_cube(&mut app, Vec3::X * 3.0 * i as f32))
+        .collect();
+    settle(&mut app);
+    step(&mut app);
+    let stats = |app: &App| *app.world().resource::<SyncStats>();
+    assert_eq!((stats(&app).moved, stats(&app).reconciled), (0, 0));
+    for cube in &cubes[..4] {
+        app.world_mut()
+            .get_mut::<Transform>(*cube)
+            .expect("a cube")
+            .translation
+            .y = 4.0;
+    }
+    insert(&mut app, cubes[9], Visibility::Hidden);
+    assert_eq!((stats(&app).moved, stats(&app).reconciled), (4, 1));
+    assert!(stats(&app).total >= stats(&app).find + stats(&app).structures);
+    for (i, cube) in cubes[..4].iter().enumerate() {
+        assert!(is_hit(&mut app, *cube, Vec3::new(3.0 * i as f32, 4.0, 0.0)));
+    }
+}
+
+#[test]
+fn an_entity_that_moves_to_a_bad_place_is_refused_and_comes_back() {
+    let (mut app, cube) = app_with_cube();
+    for bad in [f32::NAN, f32::INFINITY, 3e38] {
+        insert(
+            &mut app,
+            cube,
+            Transform::from_xyz(bad, 0.0, 0.0).with_scale(Vec3::splat(1e38)),
+        );
+        assert!(!is_indexed(&app, cube), "{bad}");
+        insert(&mut app, cube, Transform::from_xyz(0.0, 5.0, 0.0));
+        assert!(is_hit(&mut app, cube, Vec3::Y * 5.0));
+    }
+}
+
+/// What is asleep is disabled. Not stored in tables.
+#[derive(Component)]
+#[component(storage = "SparseSet")]
+struct Asleep;
+
+#[test]
+fn entities_are_followed_where_disabling_components_are_not_in_tables() {
+    let mut app = headless_app();
+    app.world_mut().register_disabling_component::<Asleep>();
+    let cube = spawn_cube(&mut app, Vec3::ZERO);
+    step(&mut app);
+    assert!(is_hit(&mut app, cube, Vec3::ZERO));
+    insert(&mut app, cube, Transform::from_xyz(7.0, 0.0, 0.0));
+    assert!(is_hit(&mut app, cube, Vec3::X * 7.0));
+    app.world_mut().entity_mut(cube).insert(Asleep);
+    app.update();
+    assert!(!is_hit(&mut app, cube, Vec3::X * 7.0));
+}
+
+#[test]
+fn an_entity_takes_the_place_of_one_whose_end_was_missed() {
+    let mut app = headless_app();
+    let is_on = |on: Res<IsOn>| on.0;
+    app.insert_resource(IsOn(true))
+        .configure_sets(PostUpdate, SpatialIndexSystems::Sync.run_if(is_on));
+    let old = spawn_cube(&mut app, Vec3::ZERO);
+    step(&mut app);
+    app.insert_resource(IsOn(false));
+    app.world_mut().despawn(old);
+    // Bevy gives indices back to be used again by the hundred.
+    let others: Vec<Entity> = (0..300).map(|_| app.world_mut().spawn_empty().id()).collect();
+    others.into_iter().for_each(|other| _ = app.world_mut().despawn(other));
+    let mut spawned = (0..300).map(|_| spawn_cube(&mut app, Vec3::Y));
+    let new = spawned.find(|new| new.index() == old.index());
+    drop(spawned);
+    let new = new.expect("indices are used again");
+    for _ in 0..5 {
+        app.update();
+    }
+    app.insert_resource(IsOn(true));
+    app.update();
+    index(&app).validate().expect("a whole index");
+    assert!(is_indexed(&app, new) && !is_indexed(&app, old));
+}
+
+#[derive(Resource)]
+struct IsOn(bool);
+
+// --- Figures ---
+
+#[test]
+fn the_index_is_known_in_figures() {
+    let mut app = headless_app();
+    step(&mut app);
+    let empty = index(&app).stats();
+    assert_eq!((empty.entities, empty.nodes, empty.depth), (0, 0, 0));
+    for i in 0..100 {
+        spawn_cube(&mut app, Vec3::X * 3.0 * i as f32);
+    }
+    let bad = spawn_cube(&mut app, Vec3::NAN);
+    step(&mut app);
+    let stats = index(&app).stats();
+    assert_eq!((stats.entities, stats.refused), (100, 1));
+    assert!(refusal(&app, bad).is_some());
+    assert!(
+        stats.nodes >= 13 && stats.depth >= 2 && stats.sah_cost >= 1.0,
+        "{stats:?}"
+    );
+    assert!(
+        stats.tree_memory > 100 * 32 && stats.table_memory > 100 * 64,
+        "{stats:?}"
+    );
 }
 
 // --- Apps ---
