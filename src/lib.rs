@@ -25,7 +25,7 @@
 //! Update       the game                      SceneQuery, as of the last PostUpdate
 //! PostUpdate   TransformSystems::Propagate   Bevy writes GlobalTransform
 //!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
-//!              SpatialIndexSystems::Sync     what changed → meshes, leaves
+//!              SpatialIndexSystems::Sync     what changed → meshes, leaves of tree and grid
 //!              SpatialIndexSystems::Optimize upkeep of the tree
 //! ```
 
@@ -49,7 +49,8 @@ pub mod prelude {
         },
         index::{
             Backfaces, BoundedBy, HitTriangle, MeshContact, NoSpatialIndex, PickShape, QueryVisibility, RayHit,
-            SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems, SweepHit,
+            SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
+            SpatialIndexSystems, SweepHit,
         },
     };
 

@@ -522,7 +522,7 @@ fn many_rays_hit_what_they_hit_one_by_one() {
         .map(|_| ray_towards(random_point(&mut rng, 15.0), random_point(&mut rng, 5.0)))
         .collect();
     query(&mut app, |scene| {
-        let is_even = |entity: Entity| entity.index_u32() % 2 == 0;
+        let is_even = |entity: Entity| entity.index_u32().is_multiple_of(2);
         for settings in [
             settings(),
             settings().with_max_distance(10.0),

@@ -17,6 +17,7 @@ use bevy_sightline::{
     index::{MeshBvhs, MeshStatus, NoSpatialIndex, Refusal, SyncStats},
     mesh::TriangleMesh,
     prelude::*,
+    spatial::uniform_grid::{CellSize, GridSettings},
 };
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -1149,6 +1150,56 @@ fn an_entity_takes_the_place_of_one_whose_end_was_missed() {
 
 #[derive(Resource)]
 struct IsOn(bool);
+
+// --- The grid ---
+
+#[test]
+fn a_grid_is_kept_as_long_as_the_settings_say_so() {
+    let mut app = headless_app();
+    let mut rng = rng(63);
+    let cubes: Vec<Entity> = (0..200)
+        .map(|_| spawn_cube(&mut app, random_point(&mut rng, 10.0)))
+        .collect();
+    step(&mut app);
+    assert!(index(&app).stats().cell_size.is_some(), "by default");
+    let near = |app: &mut App| {
+        query(app, |scene| {
+            let mut near = Vec::new();
+            scene.neighbours_within(Vec3::ONE, 5.0, &SceneQuerySettings::default(), &mut near);
+            near
+        })
+    };
+    let fixed = |cell| {
+        Some(GridSettings {
+            cell_size: CellSize::Fixed(cell),
+        })
+    };
+    for (round, grid) in [
+        None,
+        fixed(2.0),
+        None,
+        Some(GridSettings::default()),
+        fixed(0.5),
+        fixed(30.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        app.world_mut().resource_mut::<SpatialIndexSettings>().grid = grid;
+        app.world_mut().despawn(cubes[round]);
+        insert(&mut app, cubes[100 + round], Transform::from_xyz(1.0, 2.0, 3.0));
+        assert_eq!(index(&app).stats().cell_size.is_some(), grid.is_some());
+        assert_eq!(index(&app).stats().grid_memory > 0, grid.is_some());
+        let with = near(&mut app);
+        app.world_mut().resource_mut::<SpatialIndexSettings>().grid = None;
+        step(&mut app);
+        assert_eq!(near(&mut app), with);
+        assert!(with.len() > 5);
+        app.world_mut().resource_mut::<SpatialIndexSettings>().grid = grid;
+        step(&mut app);
+        assert_eq!(near(&mut app), with);
+    }
+}
 
 // --- Figures ---
 

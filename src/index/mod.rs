@@ -1,4 +1,5 @@
-//! The index: one leaf per entity in an [`AabbTree`](crate::spatial::AabbTree), kept in step with the world.
+//! The index: one leaf per entity in an [`AabbTree`](crate::spatial::AabbTree) and in a
+//! [`UniformGrid`](crate::spatial::UniformGrid), kept in step with the world.
 //!
 //! [`SpatialIndexPlugin`] keeps the [`SpatialIndex`] as of the last `PostUpdate`; [`SceneQuery`] asks it.
 //!
@@ -41,8 +42,8 @@ pub use hit::{HitTriangle, RayHit};
 pub use meshes::{MeshBvhs, MeshStatus};
 pub use pick_shape::PickShape;
 pub use scene_query::{MeshContact, SceneQuery, SweepHit};
-pub use settings::{QueryVisibility, SceneQuerySettings};
-pub use spatial_index::{Refusal, SpatialIndex, SpatialIndexStats};
+pub use settings::{QueryVisibility, SceneQuerySettings, SpatialIndexSettings};
+pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
 pub use stats::SyncStats;
 
 use bevy::{
@@ -80,9 +81,11 @@ impl Plugin for SpatialIndexPlugin {
         }
         app.insert_resource(SpatialIndex::new())
             .insert_resource(MeshBvhs::new())
+            .init_resource::<SpatialIndexSettings>()
             .init_resource::<SyncStats>()
             .register_type::<BoundedBy>()
             .register_type::<NoSpatialIndex>()
+            .register_type::<SpatialIndexSettings>()
             .register_type::<SpatialIndexStats>()
             .register_type::<SyncStats>()
             .configure_sets(

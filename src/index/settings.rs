@@ -1,10 +1,32 @@
-//! Which entities a query considers.
+//! How the index is kept, and which entities a query considers.
 
 use std::fmt;
 
-use bevy::{camera::visibility::RenderLayers, ecs::entity::Entity};
+use bevy::{
+    camera::visibility::RenderLayers,
+    ecs::{entity::Entity, reflect::ReflectResource, resource::Resource},
+    reflect::{Reflect, std_traits::ReflectDefault},
+};
 
-use crate::geometry::ray::triangle::Backfaces;
+use crate::{geometry::ray::triangle::Backfaces, spatial::uniform_grid::GridSettings};
+
+/// How the [`SpatialIndex`](super::SpatialIndex) is kept. May be changed at any time.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct SpatialIndexSettings {
+    /// The [`UniformGrid`](crate::spatial::UniformGrid) beside the tree, which answers
+    /// [`neighbours_within`](super::SceneQuery::neighbours_within). By default there is one, with cells of the size that it
+    /// finds best. Without it the tree answers, in the same way and more slowly, and its memory and upkeep are saved.
+    pub grid: Option<GridSettings>,
+}
+
+impl Default for SpatialIndexSettings {
+    fn default() -> Self {
+        Self {
+            grid: Some(GridSettings::default()),
+        }
+    }
+}
 
 /// Which entities a query considers, by their visibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -149,10 +149,18 @@ impl SceneQuery<'_, '_> {
         neighbours: &mut Vec<Neighbour<Entity>>,
     ) {
         neighbours.clear();
-        self.visit_near(point, &settings.with_max_distance(radius), |key, distance_squared| {
+        if !point.is_finite() {
+            return;
+        }
+        let boxes = Boxes { scene: self, settings };
+        let visit = boxes.visiting(|key, distance_squared| {
             neighbours.push(Neighbour { key, distance_squared });
             Visit::Continue
         });
+        match self.index.grid() {
+            Some(grid) => grid.visit_near(point.into(), radius, visit),
+            None => boxes.tree().visit_near(point.into(), radius, visit),
+        }
         neighbours.sort_unstable_by(|a, b| (a.distance_squared.total_cmp(&b.distance_squared)).then(a.key.cmp(&b.key)));
     }
 

@@ -2,8 +2,10 @@
 
 mod stats;
 mod update;
+mod validate;
 
 pub use stats::SpatialIndexStats;
+pub use validate::BrokenIndex;
 
 use bevy::{
     camera::visibility::RenderLayers,
@@ -17,16 +19,18 @@ use bevy::{
 use super::surface::PlacedSurface;
 use crate::{
     geometry::{aabb::Aabb3dExt, volume::Volume},
-    spatial::{AabbTree, LeafId, SpatialQueries, SpatialUpdates, aabb_tree::BrokenInvariant},
+    spatial::{AabbTree, LeafId, SpatialQueries, SpatialUpdates, UniformGrid},
 };
 
-/// All indexed entities in a tree of their world boxes, as of the last
+/// All indexed entities in a tree of their world boxes, and in a grid of them, as of the last
 /// [`SpatialIndexSystems::Sync`](super::SpatialIndexSystems::Sync).
 ///
 /// Ask it through [`SceneQuery`](super::SceneQuery); what is here is for tools and tests.
 #[derive(Resource, Debug)]
 pub struct SpatialIndex {
     tree: AabbTree<Key>,
+    /// What has seen the same changes gives its leaves the same ids: the tree and the grid share them.
+    grid: Option<UniformGrid<Key>>,
     /// The slot of each entity by its index in the world, [`NO_SLOT`] for those that are not here.
     slot_of: Vec<Slot>,
     /// What changes need to know, slot by slot.
@@ -112,6 +116,7 @@ impl SpatialIndex {
     pub(super) fn new() -> Self {
         Self {
             tree: AabbTree::default(),
+            grid: None,
             slot_of: Vec::new(),
             tenants: Vec::new(),
             entries: Vec::new(),
@@ -152,31 +157,13 @@ impl SpatialIndex {
         self.refused.iter().map(|(&entity, &why)| (entity, why))
     }
 
-    /// Checks that the tree is whole and holds the indexed entities and no others, in O(n log n).
-    ///
-    /// # Errors
-    ///
-    /// The first invariant that does not hold, which is a bug in this crate.
-    pub fn validate(&self) -> Result<(), BrokenInvariant> {
-        self.tree.validate()?;
-        let tenants = self.tenants.iter().zip(0..).filter(|(tenant, _)| !tenant.is_gone());
-        let mut live = 0;
-        for (&Tenant { entity, leaf, .. }, slot) in tenants {
-            live += 1;
-            if self.slot(entity) != Some(slot) || self.tree.key(leaf) != Some(Key { entity, slot }) {
-                return Err(BrokenInvariant::Lost);
-            }
-        }
-        let none_lost = live + self.free_slots.len() == self.tenants.len();
-        if none_lost && live == self.tree.len() {
-            Ok(())
-        } else {
-            Err(BrokenInvariant::Lost)
-        }
-    }
-
     pub(super) fn tree(&self) -> &AabbTree<Key> {
         &self.tree
+    }
+
+    /// The grid, if one is kept.
+    pub(super) fn grid(&self) -> Option<&UniformGrid<Key>> {
+        self.grid.as_ref()
     }
 
     pub(super) fn entry(&self, slot: Slot) -> &Entry {

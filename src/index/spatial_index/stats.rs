@@ -3,7 +3,10 @@
 use bevy::reflect::Reflect;
 
 use super::{Entry, SpatialIndex, Tenant};
-use crate::{index::surface::PlacedSurface, spatial::SpatialQueries};
+use crate::{
+    index::surface::PlacedSurface,
+    spatial::{SpatialQueries, UniformGrid},
+};
 
 /// How large the index is and how good, as of now; see [`SpatialIndex::stats`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Reflect)]
@@ -22,6 +25,10 @@ pub struct SpatialIndexStats {
     pub sah_cost: f32,
     /// The bytes that the tree has allocated.
     pub tree_memory: usize,
+    /// The bytes that the grid has allocated; zero if none is kept.
+    pub grid_memory: usize,
+    /// The length of the edges of the smallest cells of the grid, if one is kept.
+    pub cell_size: Option<f32>,
     /// The bytes of what is known of each entity besides, without the meshes.
     pub table_memory: usize,
 }
@@ -38,6 +45,8 @@ impl SpatialIndex {
             depth: self.tree.depth(),
             sah_cost: self.tree.sah_cost(),
             tree_memory: self.tree.memory(),
+            grid_memory: self.grid.as_ref().map_or(0, SpatialQueries::memory),
+            cell_size: self.grid.as_ref().map(UniformGrid::cell_size),
             table_memory: (self.slot_of.capacity() + self.free_slots.capacity()) * size_of::<u32>()
                 + self.tenants.capacity() * size_of::<Tenant>()
                 + self.entries.capacity() * size_of::<Entry>()

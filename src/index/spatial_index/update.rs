@@ -1,28 +1,34 @@
 //! What changes the index.
 
-use bevy::ecs::entity::Entity;
+use bevy::{
+    ecs::entity::Entity,
+    math::bounding::Aabb3d,
+    tasks::{ComputeTaskPool, TaskPool},
+};
 
 use super::{Contents, Key, Moves, NO_SLOT, Refusal, Slot, SpatialIndex, Tenant};
 use crate::{
     index::mask,
-    spatial::{NoSuchLeaf, SpatialUpdates, UpdateError},
+    spatial::{AabbTree, LeafId, NoSuchLeaf, SpatialUpdates, UniformGrid, UpdateError, uniform_grid::GridSettings},
 };
+
+/// Fewer boxes than this are not worth a task for each structure.
+const LEAST_SHARED: usize = 2048;
 
 impl SpatialIndex {
     /// Puts entities into the index that are not there yet, each with a sound box.
     pub(in crate::index) fn insert_many(&mut self, new: &mut Vec<(Entity, Contents)>) {
         let free = self.free_slots.drain(self.free_slots.len().saturating_sub(new.len())..);
         let slots: Vec<Slot> = free.chain(self.tenants.len() as Slot..).take(new.len()).collect();
-        let leaves = slots.iter().zip(&*new).map(|(&slot, (entity, contents))| {
+        let leaves = slots.iter().zip(&*new).map(|(&slot, &(entity, ref contents))| {
             let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
-            let entity = *entity;
             (Key { entity, slot }, contents.world, mask)
         });
-        let leaves = self.tree.insert_many_masked(leaves);
+        let leaves = insert_into(&mut self.tree, self.grid.as_mut(), leaves);
         for ((slot, leaf), (entity, contents)) in slots.into_iter().zip(leaves).zip(new.drain(..)) {
             let tenant = Tenant {
                 entity,
-                leaf: leaf.expect("the box was checked"),
+                leaf,
                 local: contents.local,
                 has_surface: contents.surface.is_some(),
             };
@@ -63,9 +69,21 @@ impl SpatialIndex {
                 surface.place(world_from_local);
             }
         }
-        let refused = self.tree.update_many(&moves.boxes);
-        let only_the_gone = |(_, why)| why == UpdateError::NoSuchLeaf(NoSuchLeaf);
-        debug_assert!(refused.into_iter().all(only_the_gone), "the boxes were checked");
+        let Self { tree, grid, .. } = self;
+        let boxes = &moves.boxes;
+        match grid {
+            Some(grid) if boxes.len() >= LEAST_SHARED => {
+                ComputeTaskPool::get_or_init(TaskPool::default).scope(|scope| {
+                    scope.spawn(async { store(tree, boxes) });
+                    scope.spawn(async { store(grid, boxes) });
+                });
+            }
+            Some(grid) => {
+                store(tree, boxes);
+                store(grid, boxes);
+            }
+            None => store(tree, boxes),
+        }
         moves.boxes.clear();
     }
 
@@ -74,6 +92,9 @@ impl SpatialIndex {
         if let Some(slot) = self.slot(entity) {
             let tenant = &mut self.tenants[slot as usize];
             self.tree.remove(tenant.leaf).expect("a tenant has a leaf");
+            if let Some(grid) = &mut self.grid {
+                grid.remove(tenant.leaf).expect("a tenant has a leaf");
+            }
             tenant.entity = Entity::PLACEHOLDER;
             self.surfaces[slot as usize] = None;
             self.slot_of[entity.index_u32() as usize] = NO_SLOT;
@@ -95,11 +116,68 @@ impl SpatialIndex {
         }
     }
 
+    /// Keeps a grid with these settings from now on, or none.
+    ///
+    /// # Panics
+    ///
+    /// If a fixed cell size is not positive and finite.
+    pub(in crate::index) fn set_grid(&mut self, settings: Option<GridSettings>) {
+        if self.grid.as_ref().map(UniformGrid::settings) == settings {
+            return;
+        }
+        self.grid = settings.map(UniformGrid::new);
+        if self.grid.is_none() || self.is_empty() {
+            return;
+        }
+        // Begin anew with both, so that they have seen the same.
+        let old = std::mem::take(&mut self.tree);
+        let mut tenants: Vec<_> = (self.tenants.iter_mut().zip(0..))
+            .filter(|(tenant, _)| !tenant.is_gone())
+            .collect();
+        let leaves = tenants.iter().map(|(tenant, slot)| {
+            let (aabb, mask) = (old.aabb(tenant.leaf), old.mask(tenant.leaf));
+            let key = Key {
+                entity: tenant.entity,
+                slot: *slot,
+            };
+            (
+                key,
+                aabb.expect("a tenant has a leaf"),
+                mask.expect("a tenant has a leaf"),
+            )
+        });
+        let leaves = insert_into(&mut self.tree, self.grid.as_mut(), leaves);
+        for ((tenant, _), leaf) in tenants.iter_mut().zip(leaves) {
+            tenant.leaf = leaf;
+        }
+    }
+
     /// Keeps queries fast: see [`AabbTree::optimize`](crate::spatial::AabbTree::optimize). Returns whether there was
     /// anything to do.
     pub(in crate::index) fn optimize(&mut self) -> bool {
         self.tree.optimize()
     }
+}
+
+/// Puts leaves with sound boxes into the structures, under the same ids.
+fn insert_into(
+    tree: &mut AabbTree<Key>,
+    grid: Option<&mut UniformGrid<Key>>,
+    leaves: impl Iterator<Item = (Key, Aabb3d, u32)> + Clone,
+) -> Vec<LeafId> {
+    let ids = tree.insert_many_masked(leaves.clone());
+    if let Some(grid) = grid {
+        let in_grid = grid.insert_many(leaves.map(|(key, aabb, _)| (key, aabb)));
+        debug_assert!(ids == in_grid, "the structures have not seen the same changes");
+    }
+    ids.into_iter().map(|id| id.expect("the box was checked")).collect()
+}
+
+/// Gives leaves new boxes. What is gone is passed over.
+fn store(structure: &mut impl SpatialUpdates<Key>, boxes: &[(LeafId, Aabb3d)]) {
+    let refused = structure.update_many(boxes);
+    let only_the_gone = |(_, why)| why == UpdateError::NoSuchLeaf(NoSuchLeaf);
+    debug_assert!(refused.into_iter().all(only_the_gone), "the boxes were checked");
 }
 
 /// Stores `value` in a slot, which is one of those that are there, or the next.

@@ -92,7 +92,7 @@ pub(super) struct Found {
 
 impl Changes<'_, '_> {
     /// Finds everything that has changed. `parts` are buffers, of which as many are filled as there are tasks.
-    pub fn find(&self, index: &SpatialIndex, parts: &mut Vec<Found>) {
+    pub(super) fn find(&self, index: &SpatialIndex, parts: &mut Vec<Found>) {
         if parts.is_empty() {
             parts.push(Found::default());
         }

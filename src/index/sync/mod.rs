@@ -14,7 +14,7 @@ use std::time::Instant;
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},
     ecs::{
-        change_detection::{DetectChangesMut, Res, ResMut},
+        change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
         entity::Entity,
         message::MessageReader,
         system::{Local, Query},
@@ -24,7 +24,7 @@ use bevy::{
 };
 
 use super::{
-    MeshBvhs, SpatialIndex, SyncStats,
+    MeshBvhs, SpatialIndex, SpatialIndexSettings, SyncStats,
     spatial_index::{Contents, Moves},
 };
 use changes::{Changes, Found, Removed};
@@ -71,6 +71,7 @@ pub(super) fn follow_entities(
     changes: Changes,
     mut removed: Removed,
     entities: Query<Indexed>,
+    settings: Res<SpatialIndexSettings>,
     assets: Option<Res<Assets<Mesh>>>,
     mut meshes: ResMut<MeshBvhs>,
     mut index: ResMut<SpatialIndex>,
@@ -85,6 +86,9 @@ pub(super) fn follow_entities(
         dirty,
         new,
     } = &mut *memory;
+    if settings.is_changed() {
+        index.set_grid(settings.grid);
+    }
     changes.find(&index, parts);
     for found in parts {
         moves.append(&mut found.moves);
