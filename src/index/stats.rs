@@ -26,6 +26,7 @@ pub struct SyncStats {
     pub total: Duration,
     /// The time of [`Optimize`](super::SpatialIndexSystems::Optimize).
     pub optimize: Duration,
-    /// Whether there was anything to optimize.
+    /// Whether a tree that was built anew was taken over: see [`AabbTree::adopt`](crate::spatial::AabbTree::adopt). Large
+    /// ones are built beside their use.
     pub optimized: bool,
 }

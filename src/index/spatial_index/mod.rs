@@ -29,7 +29,6 @@ use crate::{
 #[derive(Resource, Debug)]
 pub struct SpatialIndex {
     tree: AabbTree<Key>,
-    /// What has seen the same changes gives its leaves the same ids: the tree and the grid share them.
     grid: Option<UniformGrid<Key>>,
     /// The slot of each entity by its index in the world, [`NO_SLOT`] for those that are not here.
     slot_of: Vec<Slot>,
@@ -82,6 +81,7 @@ struct Tenant {
     /// [`Entity::PLACEHOLDER`] in a free slot.
     entity: Entity,
     leaf: LeafId,
+    in_grid: Option<LeafId>,
     /// The box whose image is the world box.
     local: Aabb3d,
     has_surface: bool,
@@ -108,7 +108,8 @@ pub(super) struct Contents {
 /// Where entities go that have moved and have not changed otherwise.
 #[derive(Debug, Default)]
 pub(super) struct Moves {
-    boxes: Vec<(LeafId, Aabb3d)>,
+    in_tree: Vec<(LeafId, Aabb3d)>,
+    in_grid: Vec<(LeafId, Aabb3d)>,
     surfaces: Vec<(Slot, Affine3A)>,
 }
 
@@ -206,7 +207,7 @@ impl SpatialIndex {
         let world = tenant.local.transformed_by_affine(&world_from_local);
         let is_sound = world.is_sound();
         if is_sound {
-            moves.boxes.push((tenant.leaf, world));
+            moves.push(tenant, world);
             if tenant.has_surface {
                 moves.surfaces.push((slot, world_from_local));
             }
@@ -224,16 +225,23 @@ impl Tenant {
 impl Moves {
     /// The number of entities that have moved.
     pub fn len(&self) -> usize {
-        self.boxes.len()
+        self.in_tree.len()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.boxes.is_empty()
+        self.in_tree.is_empty()
+    }
+
+    #[inline]
+    fn push(&mut self, tenant: &Tenant, world: Aabb3d) {
+        self.in_tree.push((tenant.leaf, world));
+        self.in_grid.extend(tenant.in_grid.map(|leaf| (leaf, world)));
     }
 
     /// Adds what is in `other`, and leaves that empty.
     pub fn append(&mut self, other: &mut Self) {
-        self.boxes.append(&mut other.boxes);
+        self.in_tree.append(&mut other.in_tree);
+        self.in_grid.append(&mut other.in_grid);
         self.surfaces.append(&mut other.surfaces);
     }
 }

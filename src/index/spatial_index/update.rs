@@ -9,7 +9,9 @@ use bevy::{
 use super::{Contents, Key, Moves, NO_SLOT, Refusal, Slot, SpatialIndex, Tenant};
 use crate::{
     index::mask,
-    spatial::{AabbTree, LeafId, NoSuchLeaf, SpatialUpdates, UniformGrid, UpdateError, uniform_grid::GridSettings},
+    spatial::{
+        AabbTree, LeafId, NoSuchLeaf, SpatialUpdates, UniformGrid, UnsoundBox, UpdateError, uniform_grid::GridSettings,
+    },
 };
 
 /// Fewer boxes than this are not worth a task for each structure.
@@ -20,15 +22,25 @@ impl SpatialIndex {
     pub(in crate::index) fn insert_many(&mut self, new: &mut Vec<(Entity, Contents)>) {
         let free = self.free_slots.drain(self.free_slots.len().saturating_sub(new.len())..);
         let slots: Vec<Slot> = free.chain(self.tenants.len() as Slot..).take(new.len()).collect();
-        let leaves = slots.iter().zip(&*new).map(|(&slot, &(entity, ref contents))| {
-            let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
-            (Key { entity, slot }, contents.world, mask)
+        let leaves = || {
+            slots.iter().zip(&*new).map(|(&slot, &(entity, ref contents))| {
+                let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
+                (Key { entity, slot }, contents.world, mask)
+            })
+        };
+        let in_grid = self.grid.as_mut().map(|grid| {
+            let leaves = leaves().map(|(key, aabb, _)| (key, aabb));
+            grid.insert_many(leaves)
         });
-        let leaves = insert_into(&mut self.tree, self.grid.as_mut(), leaves);
-        for ((slot, leaf), (entity, contents)) in slots.into_iter().zip(leaves).zip(new.drain(..)) {
+        let in_tree = self.tree.insert_many_masked(leaves());
+        let in_grid = in_grid.into_iter().flatten().map(|leaf| Some(checked(leaf)));
+        let in_grid = in_grid.chain(std::iter::repeat(None));
+        let leaves = in_tree.into_iter().map(checked).zip(in_grid);
+        for ((slot, (leaf, in_grid)), (entity, contents)) in slots.into_iter().zip(leaves).zip(new.drain(..)) {
             let tenant = Tenant {
                 entity,
                 leaf,
+                in_grid,
                 local: contents.local,
                 has_surface: contents.surface.is_some(),
             };
@@ -53,7 +65,7 @@ impl SpatialIndex {
         let slot = self.slot(entity).expect("an entity in the index") as usize;
         let tenant = &mut self.tenants[slot];
         (tenant.local, tenant.has_surface) = (contents.local, contents.surface.is_some());
-        moves.boxes.push((tenant.leaf, contents.world));
+        moves.push(tenant, contents.world);
         let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
         if self.tree.mask(tenant.leaf) != Some(mask) {
             self.tree.set_mask(tenant.leaf, mask).expect("a tenant has a leaf");
@@ -70,21 +82,22 @@ impl SpatialIndex {
             }
         }
         let Self { tree, grid, .. } = self;
-        let boxes = &moves.boxes;
+        let Moves { in_tree, in_grid, .. } = &*moves;
         match grid {
-            Some(grid) if boxes.len() >= LEAST_SHARED => {
+            Some(grid) if in_grid.len() >= LEAST_SHARED => {
                 ComputeTaskPool::get_or_init(TaskPool::default).scope(|scope| {
-                    scope.spawn(async { store(tree, boxes) });
-                    scope.spawn(async { store(grid, boxes) });
+                    scope.spawn(async { store(tree, in_tree) });
+                    scope.spawn(async { store(grid, in_grid) });
                 });
             }
             Some(grid) => {
-                store(tree, boxes);
-                store(grid, boxes);
+                store(tree, in_tree);
+                store(grid, in_grid);
             }
-            None => store(tree, boxes),
+            None => store(tree, in_tree),
         }
-        moves.boxes.clear();
+        moves.in_tree.clear();
+        moves.in_grid.clear();
     }
 
     /// Takes an entity out of the index, if it is there.
@@ -92,8 +105,8 @@ impl SpatialIndex {
         if let Some(slot) = self.slot(entity) {
             let tenant = &mut self.tenants[slot as usize];
             self.tree.remove(tenant.leaf).expect("a tenant has a leaf");
-            if let Some(grid) = &mut self.grid {
-                grid.remove(tenant.leaf).expect("a tenant has a leaf");
+            if let (Some(grid), Some(leaf)) = (&mut self.grid, tenant.in_grid) {
+                grid.remove(leaf).expect("a tenant has a leaf");
             }
             tenant.entity = Entity::PLACEHOLDER;
             self.surfaces[slot as usize] = None;
@@ -126,51 +139,25 @@ impl SpatialIndex {
             return;
         }
         self.grid = settings.map(UniformGrid::new);
-        if self.grid.is_none() || self.is_empty() {
-            return;
-        }
-        // Begin anew with both, so that they have seen the same.
-        let old = std::mem::take(&mut self.tree);
-        let mut tenants: Vec<_> = (self.tenants.iter_mut().zip(0..))
-            .filter(|(tenant, _)| !tenant.is_gone())
-            .collect();
-        let leaves = tenants.iter().map(|(tenant, slot)| {
-            let (aabb, mask) = (old.aabb(tenant.leaf), old.mask(tenant.leaf));
+        let tenants = self.tenants.iter_mut().zip(0..).filter(|(tenant, _)| !tenant.is_gone());
+        for (tenant, slot) in tenants {
             let key = Key {
                 entity: tenant.entity,
-                slot: *slot,
+                slot,
             };
-            (
-                key,
-                aabb.expect("a tenant has a leaf"),
-                mask.expect("a tenant has a leaf"),
-            )
-        });
-        let leaves = insert_into(&mut self.tree, self.grid.as_mut(), leaves);
-        for ((tenant, _), leaf) in tenants.iter_mut().zip(leaves) {
-            tenant.leaf = leaf;
+            let aabb = self.tree.aabb(tenant.leaf).expect("a tenant has a leaf");
+            tenant.in_grid = self.grid.as_mut().map(|grid| checked(grid.insert(key, aabb)));
         }
     }
 
-    /// Keeps queries fast: see [`AabbTree::optimize`](crate::spatial::AabbTree::optimize). Returns whether there was
-    /// anything to do.
-    pub(in crate::index) fn optimize(&mut self) -> bool {
-        self.tree.optimize()
+    /// The tree, to be kept fast.
+    pub(in crate::index) fn tree_mut(&mut self) -> &mut AabbTree<Key> {
+        &mut self.tree
     }
 }
 
-/// Puts leaves with sound boxes into the structures, under the same ids.
-fn insert_into(
-    tree: &mut AabbTree<Key>,
-    grid: Option<&mut UniformGrid<Key>>,
-    leaves: impl Iterator<Item = (Key, Aabb3d, u32)> + Clone,
-) -> Vec<LeafId> {
-    let ids = tree.insert_many_masked(leaves.clone());
-    if let Some(grid) = grid {
-        let in_grid = grid.insert_many(leaves.map(|(key, aabb, _)| (key, aabb)));
-        debug_assert!(ids == in_grid, "the structures have not seen the same changes");
-    }
-    ids.into_iter().map(|id| id.expect("the box was checked")).collect()
+fn checked(leaf: Result<LeafId, UnsoundBox>) -> LeafId {
+    leaf.expect("the box was checked")
 }
 
 /// Gives leaves new boxes. What is gone is passed over.

@@ -29,12 +29,22 @@ impl SpatialIndex {
         self.grid.as_ref().map_or(Ok(()), UniformGrid::validate)?;
         let tenants = self.tenants.iter().zip(0..).filter(|(tenant, _)| !tenant.is_gone());
         let mut live = 0;
-        for (&Tenant { entity, leaf, .. }, slot) in tenants {
+        for (
+            &Tenant {
+                entity, leaf, in_grid, ..
+            },
+            slot,
+        ) in tenants
+        {
             live += 1;
             let key = Some(Key { entity, slot });
-            let in_grid = |grid: &UniformGrid<Key>| grid.key(leaf) == key && grid.aabb(leaf) == self.tree.aabb(leaf);
-            if self.slot(entity) != Some(slot) || self.tree.key(leaf) != key || !self.grid.as_ref().is_none_or(in_grid)
-            {
+            let agrees = match (&self.grid, in_grid) {
+                (Some(grid), Some(leaf_in_grid)) => {
+                    grid.key(leaf_in_grid) == key && grid.aabb(leaf_in_grid) == self.tree.aabb(leaf)
+                }
+                (grid, in_grid) => grid.is_none() && in_grid.is_none(),
+            };
+            if self.slot(entity) != Some(slot) || self.tree.key(leaf) != key || !agrees {
                 return Err(BrokenIndex::Lost);
             }
         }

@@ -21,14 +21,19 @@ use bevy::{
     },
     mesh::Mesh,
     platform::collections::HashSet,
+    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
 
 use super::{
     MeshBvhs, SpatialIndex, SpatialIndexSettings, SyncStats,
     spatial_index::{Contents, Moves},
 };
+use crate::spatial::{SpatialQueries, aabb_tree::Rebuilt};
 use changes::{Changes, Found, Removed};
 use reconcile::{BoundedByMesh, Indexed, Reconciler};
+
+/// Trees with fewer leaves than this are built anew within the frame: that takes about a millisecond.
+const LEAST_BESIDE: usize = 2048;
 
 /// Follows mesh assets that are loaded, modified and removed, and takes over the hierarchies that have been built.
 pub(super) fn follow_mesh_assets(
@@ -134,10 +139,30 @@ pub(super) fn follow_entities(
     stats.total = start.elapsed();
 }
 
-/// Keeps queries fast, as far as there is anything to mend.
-pub(super) fn optimize(mut index: ResMut<SpatialIndex>, mut stats: ResMut<SyncStats>) {
+/// Keeps queries fast, as far as there is anything to mend: a large tree is built anew beside its use.
+pub(super) fn optimize(
+    mut index: ResMut<SpatialIndex>,
+    mut stats: ResMut<SyncStats>,
+    mut rebuilding: Local<Option<Task<Rebuilt>>>,
+) {
     let start = Instant::now();
     // What has not changed for queries has not changed for those who watch the index.
-    stats.optimized = index.bypass_change_detection().optimize();
+    let tree = index.bypass_change_detection().tree_mut();
+    if let Some(task) = &mut *rebuilding {
+        if let Some(rebuilt) = check_ready(task) {
+            tree.adopt(rebuilt);
+            *rebuilding = None;
+            stats.optimized = true;
+        }
+    } else if tree.is_degraded() {
+        if tree.len() < LEAST_BESIDE {
+            tree.rebuild();
+            stats.optimized = true;
+        } else {
+            let rebuild = tree.begin_rebuild();
+            let pool = AsyncComputeTaskPool::get_or_init(TaskPool::default);
+            *rebuilding = Some(pool.spawn(async move { rebuild.run() }));
+        }
+    }
     stats.optimize = start.elapsed();
 }
