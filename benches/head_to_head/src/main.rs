@@ -20,14 +20,16 @@ mod compare;
 mod geometry;
 mod mesh_mesh;
 mod picking;
+mod sync;
 
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 3] = [
+const GROUPS: [(&str, fn(Effort)); 4] = [
     ("bounding", bounding::run),
     ("geometry", geometry::run),
     ("picking", picking::run),
+    ("sync", sync::run),
 ];
 
 /// How much to measure.
