@@ -1,12 +1,39 @@
 //! Spatial structures over boxes, without an ECS: generic over a small `Copy` key, all answering one trait.
 //!
-//! | structure | build | update | queries | for |
-//! |---|---|---|---|---|
-//! | [`AabbTree`] | binned SAH, O(n log n) | O(log n) each: refitted inside the margin, re-inserted beyond | O(log n + hits) | everything that moves, of any size |
-//! | [`BruteForce`] | none | O(1) | O(n) | the oracle of the tests, and a handful of boxes |
+//! | structure | what it is | for |
+//! |---|---|---|
+//! | [`AabbTree`] | a hierarchy of tight boxes, eight to a node | everything, of any size, moving or not: rays, culling, nearest |
+//! | [`UniformGrid`] | cells in a hash table, a coarser level for each size | crowds of like things that move: neighbours, pairs, what is in a cell |
+//! | [`KdTree`], [`PointKdTree`] | space split by planes, built once | points and boxes that never move: the nearest points above all |
+//! | [`Octree`] | cubes of powers of two | what is to be gone through by level: streaming, level of detail, drawing |
+//! | [`BruteForce`] | a list | a handful of boxes; the oracle of the tests |
 //!
 //! A structure stores boxes and keys, and knows nothing about what is inside a box: the caller's closure decides
-//! whether a key whose box was met is a hit, and what a hit is. See [`SpatialQueries`].
+//! whether a key whose box was met is a hit, and what a hit is. See [`SpatialQueries`] for what can be asked, and
+//! [`SpatialUpdates`] for what can be changed. All give the very same answers.
+//!
+//! ```
+//! use bevy::math::{Vec3, Vec3A, bounding::{Aabb3d, BoundingSphere}};
+//! use bevy_sightline::{geometry::ray::Ray, spatial::{AabbTree, SpatialQueries, SpatialUpdates}};
+//!
+//! let mut tree = AabbTree::new();
+//! let cubes = (0..1000).map(|key| (key, Aabb3d::new(Vec3::X * key as f32 * 3.0, Vec3::ONE)));
+//! let leaves = tree.insert_many(cubes);
+//!
+//! let ray = Ray::new(Vec3::new(30.0, 50.0, 0.0), Vec3::NEG_Y, f32::INFINITY).expect("a direction");
+//! assert_eq!(tree.closest_box(&ray).map(|(key, _)| key), Some(10));
+//!
+//! let mut found = Vec::new();
+//! tree.find_in_region(&BoundingSphere::new(Vec3::ZERO, 4.0), &mut found);
+//! assert_eq!(found.len(), 2);
+//!
+//! tree.update(leaves[999].expect("a sound box"), Aabb3d::new(Vec3::Y * 9.0, Vec3::ONE)).expect("it is there");
+//! tree.k_nearest(Vec3A::Y * 8.5, 1, f32::INFINITY, &mut Vec::new());
+//! ```
+//!
+//! # Which to choose
+//!
+//! CHOOSING
 
 pub mod aabb_tree;
 pub mod brute_force;

@@ -515,6 +515,24 @@ fn a_leaf_without_a_bit_in_its_mask_is_never_found() {
 }
 
 #[test]
+fn a_leaf_that_is_never_found_is_not_found_in_a_part_that_is_taken_whole_either() {
+    let mut rng = rng(29);
+    let mut tree = Tree::default();
+    let leaves = tree.insert_many_masked((0..500).map(|key| {
+        let mask = if key % 100 == 7 { 0 } else { 0b11 };
+        (key, cube(random_point(&mut rng, 100.0), 1.0), mask)
+    }));
+    let hidden = leaves[100].expect("sound");
+    tree.set_mask(hidden, 0).expect("a live leaf");
+    for mask in [u32::MAX, 0b1] {
+        let keys = found(&tree.masked(mask), &EVERYWHERE);
+        assert!(keys.iter().all(|key| key % 100 != 7 && *key != 100));
+        assert_eq!(keys.len(), 494);
+    }
+    assert_eq!(tree.validate(), Ok(()));
+}
+
+#[test]
 fn a_tree_that_was_rebuilt_beside_takes_over_all_that_has_changed() {
     let mut rng = rng(21);
     let (mut tree, mut leaves, mut boxes) = random_tree(1000, &mut rng);

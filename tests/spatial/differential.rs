@@ -6,9 +6,13 @@
 //! # How much
 //!
 //! `SPATIAL_OPERATIONS` in the environment is the number of operations for each structure, with a new seed every time
-//! unless `SPATIAL_SEED` has one; without it, 6000 from a fixed seed. After each operation its own outcome is compared. All queries are compared, and the
-//! structure validated, 120 times at least, and then once in every 2000 operations: 10⁸ operations take some minutes. All
-//! scenes have the same share.
+//! unless `SPATIAL_SEED` has one; without it, 6000 from a fixed seed. After each operation its own outcome is compared.
+//! All queries are compared, and the structure validated, 120 times at least, and then once in every 2000 operations. All
+//! scenes have the same share. The long run, 10⁸ operations in total over the four structures that change:
+//!
+//! ```sh
+//! SPATIAL_OPERATIONS=25000000 cargo test --release --test all spatial::differential
+//! ```
 
 mod operations;
 mod queries;

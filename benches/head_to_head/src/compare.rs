@@ -58,7 +58,8 @@ pub(crate) fn time<R>(work: impl FnOnce() -> R) -> (Duration, R) {
     (start.elapsed(), result)
 }
 
-fn median_ns(mut times: Vec<Duration>) -> u128 {
+/// The upper median, in nanoseconds.
+pub(crate) fn median_ns(mut times: Vec<Duration>) -> u128 {
     times.sort_unstable();
     times[times.len() / 2].as_nanos()
 }

@@ -20,16 +20,25 @@ mod compare;
 mod geometry;
 mod mesh_mesh;
 mod picking;
+mod spatial;
 mod sync;
 
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 4] = [
+const GROUPS: [(&str, fn(Effort)); 12] = [
     ("bounding", bounding::run),
+    ("build", spatial::build::run),
+    ("choosing", spatial::choosing::run),
     ("geometry", geometry::run),
+    ("memory", spatial::memory::run),
+    ("nearest", spatial::nearest::run),
+    ("neighbours", spatial::neighbours::run),
+    ("overlaps", spatial::overlaps::run),
     ("picking", picking::run),
+    ("rays", spatial::rays::run),
     ("sync", sync::run),
+    ("updates", spatial::updates::run),
 ];
 
 /// How much to measure.

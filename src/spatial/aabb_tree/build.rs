@@ -3,7 +3,7 @@
 use bevy::math::bounding::Aabb3d;
 
 use super::{
-    AabbTree, NodeLink, Place,
+    AabbTree, NodeLink, Place, Scratch,
     quality::{Quality, area},
 };
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     spatial::{
         BuildStrategy, LeafId, UnsoundBox,
         build::{BuildItem, Builder},
-        wide::WideNode,
+        wide::{NodeIndex, WideNode},
     },
 };
 
@@ -42,12 +42,16 @@ impl<K: Copy> AabbTree<K> {
         if items.len() * INSERTION_COST >= self.leaves.len() {
             gather(&self.nodes, &mut items);
             self.build(BuildStrategy::default(), &mut items);
+            // What comes in at once may stay as it is: only a tree that wears keeps the buffers to build it anew.
+            self.scratch = Scratch::default();
+            self.nodes.shrink_to_fit();
+            self.links.shrink_to_fit();
         } else {
             for item in &items {
                 self.link(item.index(), &item.aabb(), item.mask());
             }
+            self.scratch.items = items;
         }
-        self.scratch.items = items;
         ids
     }
 
@@ -84,11 +88,12 @@ impl<K: Copy> AabbTree<K> {
         self.ordered.clear();
         self.ordered
             .extend(items.iter().map(|item| self.leaves.key_at(item.index())));
-        let mut node_area = 0.0;
+        let (mut node_area, mut has_unseen) = (0.0, false);
         for (index, node) in (0..).zip(&self.nodes) {
             for (lane, child) in node.children.iter().enumerate() {
                 if let Some(leaf) = child.leaf() {
                     self.leaves.set_place_at(leaf, Place::new(index, lane));
+                    has_unseen |= node.masks[lane] == 0;
                 } else if let Some(child) = child.node() {
                     let area = area(&node.aabb(lane));
                     node_area += area;
@@ -96,8 +101,21 @@ impl<K: Copy> AabbTree<K> {
                 }
             }
         }
+        if has_unseen {
+            self.break_slices_of_unseen();
+        }
         let root_area = self.nodes.first().map_or(0.0, |root| area(&root.bounds()));
         self.quality = Quality::of_new(node_area, root_area, self.nodes.len());
+    }
+
+    /// Slices are visited without a look at the leaves: none may have a leaf in it that is never found.
+    fn break_slices_of_unseen(&mut self) {
+        for index in 0..self.nodes.len() {
+            let node = &self.nodes[index];
+            if (node.children.iter().zip(node.masks)).any(|(child, mask)| child.leaf().is_some() && mask == 0) {
+                self.break_slices(index as NodeIndex);
+            }
+        }
     }
 }
 

@@ -138,7 +138,7 @@ impl<K: Copy> AabbTree<K> {
     }
 
     /// Notes that the keys below a node, and so those below all its ancestors, are no slice any more.
-    fn break_slices(&mut self, node: NodeIndex) {
+    pub(super) fn break_slices(&mut self, node: NodeIndex) {
         let mut place = Place::new(node, 0);
         while place.is_held() {
             let link = &mut self.links[place.node() as usize];

@@ -161,6 +161,9 @@ impl<K: Copy> AabbTree<K> {
     pub fn set_mask(&mut self, id: LeafId, mask: u32) -> Result<(), NoSuchLeaf> {
         let place = self.leaves.place(id)?;
         self.nodes[place.node() as usize].masks[place.lane()] = mask;
+        if mask == 0 {
+            self.break_slices(place.node());
+        }
         self.refit_above(place.node());
         Ok(())
     }

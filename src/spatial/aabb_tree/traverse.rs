@@ -148,12 +148,13 @@ impl<K: Copy> AabbTree<K> {
         });
     }
 
-    /// Visits the keys of all leaves below a node: one slice if nothing was inserted or removed there since the last
-    /// build.
+    /// Visits the keys of all leaves below a node that have a bit of `mask`: one slice if nothing was inserted or removed
+    /// there since the last build, and all that is there has.
     #[inline]
     fn visit_whole(&self, node: NodeIndex, mask: u32, visit: &mut impl FnMut(K) -> ControlFlow<()>) -> ControlFlow<()> {
         let NodeLink { first, count, .. } = self.links[node as usize];
-        if count == 0 || mask != EVERY_MASK {
+        let has_others = self.nodes[node as usize].mask() & !mask != 0;
+        if count == 0 || has_others {
             return traverse::visit_leaves(&self.nodes, node, mask, |leaf| visit(self.leaves.key_at(leaf)));
         }
         self.ordered[first as usize..][..count as usize]

@@ -38,7 +38,10 @@ pub use validate::BrokenInvariant;
 
 use std::ops::ControlFlow;
 
-use bevy::math::{Vec3A, bounding::Aabb3d};
+use bevy::{
+    math::{Vec3A, bounding::Aabb3d},
+    reflect::Reflect,
+};
 
 use super::{
     LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, UnsoundBox, UpdateError, Visit, leaves::Leaves,
@@ -53,7 +56,7 @@ use rebuild::Scratch;
 use tune::Tuning;
 
 /// How large the smallest cells of a [`UniformGrid`] are.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Reflect)]
 pub enum CellSize {
     /// As the grid finds best: from the median size of the leaves, or coarser where they are sparse; chosen again when
     /// that has changed much.
@@ -64,7 +67,7 @@ pub enum CellSize {
 }
 
 /// What is up to the owner of a [`UniformGrid`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Reflect)]
 pub struct GridSettings {
     /// The size of the smallest cells. Leaves larger than that are in coarser levels.
     pub cell_size: CellSize,

@@ -42,7 +42,9 @@ impl<K: Copy> UniformGrid<K> {
 
     pub(super) fn walk_sweep(&self, sweep: &impl Sweep, mut visit: impl FnMut(K, f32) -> Visit) {
         self.walk(sweep.ray(), Some(slack_reach(sweep)), |key, boxes, lane, _, limit| {
-            let t = sweep.intersection_at(&boxes.get(lane)).filter(|&t| t <= limit && t.is_finite())?;
+            let t = sweep
+                .intersection_at(&boxes.get(lane))
+                .filter(|&t| t <= limit && t.is_finite())?;
             Some(visit(key, t))
         });
     }
