@@ -45,7 +45,7 @@ mod tests {
 
     fn all_layers() -> Vec<RenderLayers> {
         let mut all: Vec<_> = [0, 1, 13, 14, 15, 16, 31, 32, 63, 64, 200]
-            .map(RenderLayers::layer)
+            .map(|layer| RenderLayers::from_layers(&[layer]))
             .into();
         all.extend([
             RenderLayers::none(),
