@@ -1279,3 +1279,21 @@ fn two_worlds_share_nothing() {
     despawn(&mut here, cube);
     assert_eq!((index(&here).len(), index(&there).len()), (0, 1));
 }
+
+#[test]
+fn a_grid_that_cannot_be_leaves_the_one_that_is() {
+    let (mut app, cube) = app_with_cube();
+    for cell in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        app.world_mut().resource_mut::<SpatialIndexSettings>().grid = Some(GridSettings {
+            cell_size: CellSize::Fixed(cell),
+        });
+        step(&mut app);
+        let mut near = Vec::new();
+        query(&mut app, |scene| {
+            let mut found = Vec::new();
+            scene.neighbours_within(Vec3::ZERO, 1.0, &SceneQuerySettings::default(), &mut found);
+            near.extend(found.iter().map(|neighbour| neighbour.key));
+            assert_eq!(near, [cube]);
+        });
+    }
+}

@@ -63,6 +63,10 @@ use bevy::{
 pub enum SpatialIndexSystems {
     /// The changes of this frame reach the index. After transforms, bounds and visibility have been propagated,
     /// before Bevy checks visibility.
+    ///
+    /// May be paused by a run condition, but not for more than two frames in which entities are despawned or lose
+    /// components: Bevy forgets by then that they have, and the index does not learn of it until something else about
+    /// them changes.
     Sync,
     /// The index is kept fast, after [`Sync`](Self::Sync). Changes no answer.
     Optimize,

@@ -16,7 +16,7 @@ use crate::{geometry::ray::triangle::Backfaces, spatial::uniform_grid::GridSetti
 pub struct SpatialIndexSettings {
     /// The [`UniformGrid`](crate::spatial::UniformGrid) beside the tree, which answers
     /// [`neighbours_within`](super::SceneQuery::neighbours_within). By default there is one, with cells of the size that it
-    /// finds best. Without it the tree answers, in the same way and more slowly, and its memory and upkeep are saved.
+    /// finds best; a size that is not positive and finite changes nothing, with a warning. Without it the tree answers, in the same way and more slowly, and its memory and upkeep are saved.
     pub grid: Option<GridSettings>,
 }
 

@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use bevy::math::{Vec3A, bounding::Aabb3d};
 
 use super::{
-    LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, UnsoundBox, UpdateError, Visit, leaves::Leaves,
-    region::distance_squared,
+    LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, UnsoundBox, UpdateError, Visit,
+    leaves::Leaves,
+    region::{distance_squared, limit_squared},
 };
 use crate::geometry::{
     aabb::{Aabb3dExt, union},
@@ -100,7 +101,7 @@ impl<K: Copy> SpatialQueries<K> for BruteForce<K> {
 
     fn visit_near(&self, point: Vec3A, max_distance: f32, visit: impl FnMut(K, f32) -> Visit) {
         let test = |aabb: &Aabb3d| Some(distance_squared(point, aabb));
-        self.visit_within(max_distance * max_distance, test, visit);
+        self.visit_within(limit_squared(point, max_distance), test, visit);
     }
 
     fn visit_pairs(&self, mut visit: impl FnMut(K, K) -> ControlFlow<()>) {

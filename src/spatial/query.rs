@@ -68,7 +68,8 @@ pub trait SpatialQueries<K: Copy> {
     /// Visits every key whose box is no farther from `point` than `max_distance`, with that distance squared.
     ///
     /// Roughly from near to far, in no promised order; shortened to the square of a distance. Boxes exactly at the limit
-    /// are visited: those with `distance² <= max_distance²`, both rounded.
+    /// are visited: those with `distance² <= max_distance²`, both rounded. Nothing is within a negative distance, nor of a
+    /// point that is not finite.
     fn visit_near(&self, point: Vec3A, max_distance: f32, visit: impl FnMut(K, f32) -> Visit);
 
     /// Visits every pair of keys whose boxes touch, each pair once, in no promised order.

@@ -211,6 +211,16 @@ pub(crate) fn distance_squared(point: Vec3A, aabb: &Aabb3d) -> f32 {
     x + y + z
 }
 
+/// The square of the distance from a point within which a search looks: below zero, for nothing, where the distance is
+/// negative or the point is not finite.
+pub(crate) fn limit_squared(point: Vec3A, max_distance: f32) -> f32 {
+    if max_distance >= 0.0 && point.is_finite() {
+        max_distance * max_distance
+    } else {
+        -1.0
+    }
+}
+
 /// The plane of a half-space, unless that is the whole space, as of a far plane at infinity.
 fn plane(half_space: &HalfSpace) -> Option<Plane> {
     let (normal, d) = (half_space.normal(), half_space.d());

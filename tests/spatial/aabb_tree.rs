@@ -682,3 +682,35 @@ fn pairs_of_two_trees_are_found_once_each() {
     assert!(!by_trees.is_empty());
     assert_eq!(by_trees, by_boxes);
 }
+
+#[test]
+fn masks_that_change_during_a_rebuild_beside_are_kept() {
+    let mut tree = Tree::default();
+    let boxes = (0..100).map(|key| (key, cube(Vec3::X * key as f32 * 3.0, 1.0), 1));
+    let leaves = tree.insert_many_masked(boxes);
+    let rebuild = tree.begin_rebuild();
+    tree.set_mask(leaves[40].expect("sound"), 2).expect("a live leaf");
+    tree.adopt(rebuild.run());
+    assert_eq!(tree.validate(), Ok(()));
+    assert_eq!(found(&tree.masked(2), &EVERYWHERE), [40]);
+    assert_eq!(found(&tree.masked(1), &EVERYWHERE).len(), 99);
+}
+
+#[test]
+fn a_rebuild_of_another_tree_does_no_harm() {
+    for removed in [[7, 5], [5, 7]] {
+        let mut tree = Tree::default();
+        let leaves: Vec<LeafId> = (0..20)
+            .map(|key| tree.insert(key, cube(Vec3::X * key as f32 * 3.0, 1.0)).expect("sound"))
+            .collect();
+        let mut other = tree.clone();
+        tree.remove(leaves[5]).expect("a live leaf");
+        tree.insert(77, cube(Vec3::ZERO, 1.0)).expect("sound");
+        for key in removed {
+            other.remove(leaves[key]).expect("a live leaf");
+        }
+        other.adopt(tree.begin_rebuild().run());
+        assert_eq!(other.validate(), Ok(()));
+        assert_eq!(found(&other, &EVERYWHERE).len(), 18);
+    }
+}

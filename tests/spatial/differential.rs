@@ -22,7 +22,8 @@ use bevy::math::{Quat, Vec3, Vec3A, bounding::Aabb3d};
 use bevy_sightline::{
     geometry::{obb::Obb, ray::Ray, sweep::SphereSweep},
     spatial::{
-        AabbTree, BruteForce, KdTree, Octree, Region, SpatialQueries, SpatialUpdates, UniformGrid, kd_tree::SplitMethod,
+        AabbTree, BruteForce, KdTree, Octree, Region, SpatialQueries, SpatialUpdates, UniformGrid, Visit,
+        kd_tree::SplitMethod,
     },
 };
 use rand::Rng;
@@ -225,5 +226,48 @@ fn uniform_grid_agrees_when_built_at_once() {
 fn kd_tree_agrees() {
     for method in [SplitMethod::Sah, SplitMethod::Median] {
         agrees_when_built(|leaves| KdTree::new(leaves.iter().copied(), method).expect("sound boxes"));
+    }
+}
+
+/// How many boxes are near a point.
+fn near(structure: &impl SpatialQueries<u32>, point: Vec3A, max_distance: f32) -> usize {
+    let mut count = 0;
+    structure.visit_near(point, max_distance, |_, _| {
+        count += 1;
+        Visit::Continue
+    });
+    count
+}
+
+#[test]
+fn nothing_is_within_a_negative_distance_or_near_a_point_at_infinity() {
+    let leaves = [
+        (0, Aabb3d::new(Vec3::ZERO, Vec3::ONE)),
+        (1, Aabb3d::new(Vec3::X * 9.0, Vec3::ONE)),
+    ];
+    let mut tree = AabbTree::new();
+    let mut grid = UniformGrid::default();
+    let mut octree = Octree::new();
+    let mut oracle = BruteForce::new();
+    tree.insert_many(leaves);
+    grid.insert_many(leaves);
+    octree.insert_many(leaves);
+    oracle.insert_many(leaves);
+    let kd_tree = KdTree::new(leaves, SplitMethod::Sah).expect("sound boxes");
+    for (point, distance) in [
+        (Vec3A::X * 2.0, -3.0),
+        (Vec3A::ZERO, -0.5),
+        (Vec3A::ZERO, f32::NEG_INFINITY),
+        (Vec3A::INFINITY, f32::INFINITY),
+        (Vec3A::NAN, f32::INFINITY),
+    ] {
+        assert_eq!(near(&tree, point, distance), 0);
+        assert_eq!(near(&grid, point, distance), 0);
+        assert_eq!(near(&octree, point, distance), 0);
+        assert_eq!(near(&kd_tree, point, distance), 0);
+        assert_eq!(near(&oracle, point, distance), 0);
+        grid.neighbours_within(point, distance, |key, _| {
+            panic!("{key} is within {distance} of {point}")
+        });
     }
 }

@@ -405,7 +405,7 @@ fn what_is_nan_finds_nothing() {
 }
 
 #[test]
-fn points_at_infinity_are_at_an_infinite_distance_from_all() {
+fn nothing_is_nearest_to_a_point_at_infinity() {
     let boxes = scattered(20);
     let (tree, oracle) = (tree(&boxes, SplitMethod::Sah), oracle(&boxes));
     for point in [
@@ -413,10 +413,8 @@ fn points_at_infinity_are_at_an_infinite_distance_from_all() {
         Vec3A::NEG_INFINITY,
         Vec3A::new(0.0, f32::NEG_INFINITY, 0.0),
     ] {
-        let found = nearest(&tree, point, 3, f32::INFINITY);
-        assert_eq!(found.iter().map(|near| near.key).collect::<Vec<_>>(), [0, 1, 2]);
-        assert_eq!(found, nearest(&oracle, point, 3, f32::INFINITY));
-        assert_eq!(nearest(&tree, point, 3, 1e10), []);
+        assert_eq!(nearest(&tree, point, 3, f32::INFINITY), []);
+        assert_eq!(nearest(&oracle, point, 3, f32::INFINITY), []);
     }
 }
 

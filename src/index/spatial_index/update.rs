@@ -135,18 +135,22 @@ impl SpatialIndex {
     ///
     /// If a fixed cell size is not positive and finite.
     pub(in crate::index) fn set_grid(&mut self, settings: Option<GridSettings>) {
-        if self.grid.as_ref().map(UniformGrid::settings) == settings {
-            return;
-        }
         self.grid = settings.map(UniformGrid::new);
-        let tenants = self.tenants.iter_mut().zip(0..).filter(|(tenant, _)| !tenant.is_gone());
-        for (tenant, slot) in tenants {
-            let key = Key {
-                entity: tenant.entity,
-                slot,
-            };
-            let aabb = self.tree.aabb(tenant.leaf).expect("a tenant has a leaf");
-            tenant.in_grid = self.grid.as_mut().map(|grid| checked(grid.insert(key, aabb)));
+        let tree = &self.tree;
+        let tenants = || self.tenants.iter().zip(0..).filter(|(tenant, _)| !tenant.is_gone());
+        let boxes = tenants().map(|(tenant, slot)| {
+            let entity = tenant.entity;
+            (
+                Key { entity, slot },
+                tree.aabb(tenant.leaf).expect("a tenant has a leaf"),
+            )
+        });
+        let mut leaves = self
+            .grid
+            .as_mut()
+            .map(|grid| grid.insert_many(boxes).into_iter().map(checked));
+        for tenant in self.tenants.iter_mut().filter(|tenant| !tenant.is_gone()) {
+            tenant.in_grid = leaves.as_mut().and_then(Iterator::next);
         }
     }
 

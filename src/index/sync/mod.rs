@@ -28,9 +28,10 @@ use super::{
     MeshBvhs, SpatialIndex, SpatialIndexSettings, SyncStats,
     spatial_index::{Contents, Moves},
 };
-use crate::spatial::{SpatialQueries, aabb_tree::Rebuilt};
+use crate::spatial::{SpatialQueries, UniformGrid, aabb_tree::Rebuilt};
 use changes::{Changes, Found, Removed};
 use reconcile::{BoundedByMesh, Indexed, Reconciler};
+use tracing::warn;
 
 /// Trees with fewer leaves than this are built anew within the frame: that takes about a millisecond.
 const LEAST_BESIDE: usize = 2048;
@@ -91,8 +92,15 @@ pub(super) fn follow_entities(
         dirty,
         new,
     } = &mut *memory;
-    if settings.is_changed() {
-        index.set_grid(settings.grid);
+    if settings.is_changed() && settings.grid != index.grid().map(UniformGrid::settings) {
+        if settings.grid.is_none_or(|grid| grid.is_sound()) {
+            index.set_grid(settings.grid);
+        } else {
+            warn!(
+                "the grid stays as it is, for there is none with these settings: {:?}",
+                settings.grid
+            );
+        }
     }
     changes.find(&index, parts);
     for found in parts {

@@ -132,8 +132,8 @@ impl<K: Copy> AabbTree<K> {
     }
 
     /// Adds a leaf with a mask: the bits that stand for what the leaf is in. Queries through
-    /// [`masked`](Self::masked) pass over whole subtrees by them. Without a bit it is never found; other ways to insert
-    /// set all bits.
+    /// [`masked`](Self::masked) pass over whole subtrees by them. Without a bit it is never found, though `visit_all` visits it;
+    /// other ways to insert set all bits.
     ///
     /// # Errors
     ///

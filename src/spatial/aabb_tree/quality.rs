@@ -76,6 +76,14 @@ impl<K: Copy> AabbTree<K> {
         self.quality.is_degraded(root_area)
     }
 
+    /// Takes the tree as it is for the best that it can be.
+    pub(super) fn measure(&mut self) {
+        let Some(root) = self.root else { return };
+        let root_area = area(&self.nodes[root as usize].bounds());
+        let nodes = self.nodes.len() - self.free_nodes.len();
+        self.quality = Quality::of_new(self.quality.area, root_area, nodes);
+    }
+
     /// Gives a child another box.
     #[inline]
     pub(super) fn fit(&mut self, place: Place, aabb: &Aabb3d) {

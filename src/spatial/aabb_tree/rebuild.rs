@@ -88,7 +88,8 @@ impl<K: Copy> AabbTree<K> {
 
         // What it knows, as it is now. What is gone gets a new name, under which it can be removed like any leaf.
         let mut gone: Vec<LeafId> = Vec::new();
-        for node in &mut nodes {
+        let mut lost: Vec<(usize, usize, u32)> = Vec::new();
+        for (at, node) in nodes.iter_mut().enumerate() {
             for lane in 0..LANES {
                 let Some(index) = node.children[lane].leaf() else {
                     continue;
@@ -103,16 +104,24 @@ impl<K: Copy> AabbTree<K> {
                         Child::Leaf(index),
                     );
                 } else {
-                    let id = self.leaves.add(self.leaves.key_at(index), Place::NONE);
-                    node.children[lane] = PackedChild::pack(Child::Leaf(id.index));
-                    gone.push(id);
+                    lost.push((at, lane, index));
                 }
             }
         }
+        for (at, lane, index) in lost {
+            let id = self.leaves.add(self.leaves.key_at(index), Place::NONE);
+            nodes[at].children[lane] = PackedChild::pack(Child::Leaf(id.index));
+            gone.push(id);
+        }
 
+        for node in (1..nodes.len()).rev() {
+            let (mask, parent) = (nodes[node].mask(), links[node].parent);
+            nodes[parent.node() as usize].masks[parent.lane()] = mask;
+        }
         (self.nodes, self.links) = (nodes, links);
         self.install(&items);
         self.refit_all();
+        self.measure();
         for id in gone {
             self.remove(id).expect("a leaf that was just added");
         }

@@ -10,6 +10,7 @@ use crate::{
     spatial::{
         Region, SpatialQueries, Sweep, Visit,
         lanes::{Entering, Growing},
+        region::limit_squared,
         sweep::slack_reach,
         traverse::{self, Found},
         wide::{Child, EVERY_MASK, LANES, NodeIndex, WideNode},
@@ -171,7 +172,7 @@ impl<K: Copy> AabbTree<K> {
         mut visit: impl FnMut(K, f32) -> Visit,
     ) {
         let Some(root) = self.root else { return };
-        let limit = max_distance * max_distance;
+        let limit = limit_squared(point, max_distance);
         traverse::visit_in_order(
             &self.nodes,
             root,

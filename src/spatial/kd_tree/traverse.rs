@@ -15,7 +15,7 @@ use crate::{
     spatial::{
         Neighbour, Region, SpatialQueries, Sweep, Visit,
         lanes::{Entering, Growing},
-        region::Outline,
+        region::{Outline, limit_squared},
         simd::{Simd, Task, dispatch},
     },
 };
@@ -60,7 +60,7 @@ impl<K: Copy, L: Leaves<K>> SpatialQueries<K> for KdTree<K, L> {
         visit_in_order(
             self,
             Growing { center: point },
-            max_distance * max_distance,
+            limit_squared(point, max_distance),
             shortening(visit),
         );
     }
@@ -81,7 +81,7 @@ impl<K: Copy, L: Leaves<K>> SpatialQueries<K> for KdTree<K, L> {
         visit_in_order(
             self,
             Growing { center: point },
-            max_distance * max_distance,
+            limit_squared(point, max_distance),
             |key, distance_squared, limit| {
                 nearest.offer(key, distance_squared, limit);
                 ControlFlow::Continue(())

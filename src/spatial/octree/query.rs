@@ -8,6 +8,7 @@ use super::{
     super::{
         Region, SpatialQueries, Sweep, Visit,
         lanes::{Entering, Growing},
+        region::limit_squared,
         sweep::slack_reach,
         traverse::{self, Found},
         wide::{Child, EVERY_MASK, NodeIndex, WideNode},
@@ -91,7 +92,7 @@ impl<K: Copy> SpatialQueries<K> for Octree<K> {
             return;
         };
         let visit = |leaf, distance_squared| visit(self.leaves.key_at(leaf), distance_squared);
-        let limit = max_distance * max_distance;
+        let limit = limit_squared(point, max_distance);
         traverse::visit_in_order(&self.nodes, root, EVERY_MASK, limit, Growing { center: point }, visit);
     }
 

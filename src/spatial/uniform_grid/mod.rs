@@ -66,6 +66,16 @@ pub enum CellSize {
     Fixed(f32),
 }
 
+impl GridSettings {
+    /// Whether a grid can be made of them: a size that is given must be positive and finite.
+    pub fn is_sound(&self) -> bool {
+        match self.cell_size {
+            CellSize::Auto => true,
+            CellSize::Fixed(cell) => cell > 0.0 && cell.is_finite(),
+        }
+    }
+}
+
 /// What is up to the owner of a [`UniformGrid`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Reflect)]
 pub struct GridSettings {
@@ -104,12 +114,10 @@ impl<K: Copy> UniformGrid<K> {
     ///
     /// If a fixed cell size is not positive and finite.
     pub fn new(settings: GridSettings) -> Self {
-        if let CellSize::Fixed(cell) = settings.cell_size {
-            assert!(
-                cell > 0.0 && cell.is_finite(),
-                "the cell size must be positive and finite, not {cell}"
-            );
-        }
+        assert!(
+            settings.is_sound(),
+            "the cell size must be positive and finite: {settings:?}"
+        );
         Self {
             settings,
             leaves: Leaves::default(),

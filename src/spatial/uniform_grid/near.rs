@@ -16,7 +16,7 @@ use super::{
 };
 use crate::spatial::{
     Visit,
-    region::distance_squared,
+    region::{distance_squared, limit_squared},
     simd::{Simd, Task, dispatch},
 };
 
@@ -28,7 +28,7 @@ impl<K: Copy> UniformGrid<K> {
         dispatch(Neighbours {
             grid: self,
             point,
-            limit: radius * radius,
+            limit: limit_squared(point, radius),
             visit,
         });
     }
@@ -38,7 +38,7 @@ impl<K: Copy> UniformGrid<K> {
         let _: ControlFlow<()> = dispatch(Near {
             grid: self,
             point,
-            limit: max_distance * max_distance,
+            limit: limit_squared(point, max_distance),
             visit,
         });
     }
