@@ -1,7 +1,7 @@
 //! Building wide hierarchies over many boxes at once.
 //!
-//! In two steps: a binary hierarchy, from the root [down](top_down) or from the leaves [up](ploc), and its
-//! [collapse] into nodes of eight children, along a [plan] of what costs least. At the bottom of a binary
+//! In two steps: a binary hierarchy, from the root down or from the leaves up, and its
+//! collapse into nodes of eight children, along a plan of what costs least. At the bottom of a binary
 //! hierarchy a few items lie in a bag, untold apart: they become one leaf, or the eight lanes of one node.
 
 mod binned_sah;
