@@ -6,10 +6,11 @@ use bevy::math::bounding::Aabb3d;
 use smallvec::SmallVec;
 
 use super::{
-    Visit,
-    lanes::{Approach, LanePolytope, LaneRegion, Splat},
-    region::{Outline, OutlineKind},
+    Region, Sweep, Visit,
+    lanes::{Approach, Entering, LanePolytope, LaneRegion, Splat},
+    region::OutlineKind,
     simd::{LANES, Simd, Task, dispatch, prefetch},
+    sweep::slack_reach,
     wide::{Child, NodeIndex, PackedChild, WideNode},
 };
 
@@ -40,6 +41,32 @@ struct InOrder<'a, A, F> {
     limit: f32,
     approach: A,
     visit: F,
+}
+
+/// Visits the leaves with a bit of `mask` whose boxes, which `aabb_of` tells, the moving shape touches, with the parameter
+/// at which it first does.
+#[inline]
+pub(crate) fn visit_sweep(
+    nodes: &[WideNode],
+    root: NodeIndex,
+    mask: u32,
+    sweep: &impl Sweep,
+    aabb_of: impl Fn(u32) -> Aabb3d,
+    mut visit: impl FnMut(u32, f32) -> Visit,
+) {
+    // A contact beyond the range of parameters is none.
+    let mut limit = sweep.ray().t_max().min(f32::MAX);
+    let approach = Entering::grown(sweep.ray(), slack_reach(sweep));
+    visit_in_order(nodes, root, mask, limit, approach, |leaf, _| {
+        let Some(t) = sweep.intersection_at(&aabb_of(leaf)).filter(|&t| t <= limit) else {
+            return Visit::Continue;
+        };
+        let wish = visit(leaf, t);
+        if let Visit::Shorten(t) = wish {
+            limit = limit.min(t);
+        }
+        wish
+    });
 }
 
 /// A child and where it is met, which comes first and so decides the order: it is not negative, and the bits of such
@@ -186,64 +213,69 @@ impl<A: Approach, F: FnMut(u32) -> ControlFlow<()>> Task for InAnyOrder<'_, A, F
 
 /// What a region query found.
 pub(crate) enum Found {
-    /// A leaf in a lane of a node, whose box is the given one where the region is larger than what was tested, and must
-    /// still be held against it.
-    Leaf { leaf: u32, to_test: Option<Aabb3d> },
+    /// A leaf whose box touches the region.
+    Leaf(u32),
     /// A node below which everything touches the region.
     Whole(NodeIndex),
 }
 
-/// Visits what has a bit of `mask` and may touch the region with this outline.
+/// Visits what has a bit of `mask` and touches the region.
 #[inline]
 pub(crate) fn visit_region(
     nodes: &[WideNode],
     root: NodeIndex,
     mask: u32,
-    outline: &Outline,
+    region: &impl Region,
     visit: impl FnMut(Found) -> ControlFlow<()>,
 ) {
-    match &outline.0 {
-        OutlineKind::Aabb(aabb) => dispatch(InRegion::<_, _, true> {
-            nodes,
-            root,
-            mask,
-            region: aabb,
-            visit,
-        }),
-        OutlineKind::Sphere(sphere) => dispatch(InRegion::<_, _, true> {
-            nodes,
-            root,
-            mask,
-            region: sphere,
-            visit,
-        }),
-        OutlineKind::HalfSpaces(planes) => dispatch(InRegion::<_, _, true> {
-            nodes,
-            root,
-            mask,
-            region: &planes[..],
-            visit,
-        }),
-        OutlineKind::Polytope { bounds, planes } => dispatch(InRegion::<_, _, false> {
-            nodes,
-            root,
-            mask,
-            region: &LanePolytope { bounds, planes },
-            visit,
-        }),
+    // Where the lanes tell all that there is to know, nothing else is asked.
+    let exact = |_: &Aabb3d| true;
+    match &region.outline().0 {
+        OutlineKind::Aabb(lanes) => in_region(nodes, root, mask, lanes, exact, visit),
+        OutlineKind::Sphere(lanes) => in_region(nodes, root, mask, lanes, exact, visit),
+        OutlineKind::HalfSpaces(planes) => in_region(nodes, root, mask, &planes[..], exact, visit),
+        OutlineKind::Polytope { bounds, planes } => {
+            let lanes = LanePolytope { bounds, planes };
+            in_region(nodes, root, mask, &lanes, |aabb| region.touches(aabb), visit);
+        }
     }
 }
 
-/// `EXACT` if the lanes of the region tell all that there is to know.
-struct InRegion<'a, R: ?Sized, F, const EXACT: bool> {
+#[inline]
+fn in_region(
+    nodes: &[WideNode],
+    root: NodeIndex,
+    mask: u32,
+    lanes: &(impl LaneRegion + ?Sized),
+    touches: impl Fn(&Aabb3d) -> bool,
+    visit: impl FnMut(Found) -> ControlFlow<()>,
+) {
+    dispatch(InRegion {
+        nodes,
+        root,
+        mask,
+        lanes,
+        touches,
+        visit,
+    });
+}
+
+struct InRegion<'a, R: ?Sized, T, F> {
     nodes: &'a [WideNode],
     root: NodeIndex,
     mask: u32,
-    region: &'a R,
+    lanes: &'a R,
+    /// Whether a leaf that the lanes let through touches the region.
+    touches: T,
     visit: F,
 }
 
-impl<R: LaneRegion + ?Sized, F: FnMut(Found) -> ControlFlow<()>, const EXACT: bool> Task for InRegion<'_, R, F, EXACT> {
+impl<R, T, F> Task for InRegion<'_, R, T, F>
+where
+    R: LaneRegion + ?Sized,
+    T: Fn(&Aabb3d) -> bool,
+    F: FnMut(Found) -> ControlFlow<()>,
+{
     type Output = ();
 
     #[inline(always)]
@@ -252,11 +284,11 @@ impl<R: LaneRegion + ?Sized, F: FnMut(Found) -> ControlFlow<()>, const EXACT: bo
         stack.push(self.root);
         while let Some(node) = stack.pop() {
             let node = &self.nodes[node as usize];
-            let mut touching = self.region.may_touch(simd, node.into()) & simd.with_any_bit(&node.masks, self.mask);
+            let mut touching = self.lanes.may_touch(simd, node.into()) & simd.with_any_bit(&node.masks, self.mask);
             if touching == 0 {
                 continue;
             }
-            let contained = self.region.contains(simd, node.into());
+            let contained = self.lanes.contains(simd, node.into());
             while touching != 0 {
                 let lane = touching.trailing_zeros() as usize % LANES;
                 touching &= touching - 1;
@@ -268,10 +300,8 @@ impl<R: LaneRegion + ?Sized, F: FnMut(Found) -> ControlFlow<()>, const EXACT: bo
                         stack.push(child);
                         continue;
                     }
-                    Child::Leaf(leaf) => Found::Leaf {
-                        leaf,
-                        to_test: (!EXACT && !is_contained).then(|| node.aabb(lane)),
-                    },
+                    Child::Leaf(leaf) if is_contained || (self.touches)(&node.aabb(lane)) => Found::Leaf(leaf),
+                    Child::Leaf(_) => continue,
                 };
                 if (self.visit)(found).is_break() {
                     return;

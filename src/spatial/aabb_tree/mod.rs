@@ -176,7 +176,7 @@ impl<K: Copy> AabbTree<K> {
     /// The surface area cost: the expected number of boxes that a random ray through the bounds meets.
     ///
     /// The sum of the areas of all boxes over the area of the bounds (MacDonald and Booth 1990). Zero if the tree is
-    /// empty or all its boxes are flat in two directions.
+    /// empty; the number of boxes where the bounds have no area.
     pub fn sah_cost(&self) -> f32 {
         self.root.map_or(0.0, |root| sah_cost(&self.nodes, root) as f32)
     }

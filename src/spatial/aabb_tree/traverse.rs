@@ -11,7 +11,6 @@ use crate::{
         Region, SpatialQueries, Sweep, Visit,
         lanes::{Entering, Growing},
         region::limit_squared,
-        sweep::slack_reach,
         traverse::{self, Found},
         wide::{Child, EVERY_MASK, LANES, NodeIndex, WideNode},
     },
@@ -107,26 +106,10 @@ impl<K: Copy> AabbTree<K> {
 
     pub(super) fn visit_sweep_masked<S: Sweep>(&self, mask: u32, sweep: &S, mut visit: impl FnMut(K, f32) -> Visit) {
         let Some(root) = self.root else { return };
-        let (ray, reach) = (sweep.ray(), slack_reach(sweep));
-        let mut limit = ray.t_max().min(f32::MAX);
-        traverse::visit_in_order(
-            &self.nodes,
-            root,
-            mask,
-            limit,
-            Entering::grown(ray, reach),
-            |leaf, _| {
-                let aabb = self.aabb_at(self.leaves.place_at(leaf));
-                let Some(t) = sweep.intersection_at(&aabb).filter(|&t| t <= limit) else {
-                    return Visit::Continue;
-                };
-                let wish = visit(self.leaves.key_at(leaf), t);
-                if let Visit::Shorten(t) = wish {
-                    limit = limit.min(t);
-                }
-                wish
-            },
-        );
+        let aabb_of = |leaf| self.aabb_at(self.leaves.place_at(leaf));
+        traverse::visit_sweep(&self.nodes, root, mask, sweep, aabb_of, |leaf, t| {
+            visit(self.leaves.key_at(leaf), t)
+        });
     }
 
     #[inline]
@@ -137,14 +120,8 @@ impl<K: Copy> AabbTree<K> {
         mut visit: impl FnMut(K) -> ControlFlow<()>,
     ) {
         let Some(root) = self.root else { return };
-        traverse::visit_region(&self.nodes, root, mask, &region.outline(), |found| match found {
-            Found::Leaf { leaf, to_test } => {
-                if to_test.is_none_or(|aabb| region.touches(&aabb)) {
-                    visit(self.leaves.key_at(leaf))
-                } else {
-                    ControlFlow::Continue(())
-                }
-            }
+        traverse::visit_region(&self.nodes, root, mask, region, |found| match found {
+            Found::Leaf(leaf) => visit(self.leaves.key_at(leaf)),
             Found::Whole(node) => self.visit_whole(node, mask, &mut visit),
         });
     }

@@ -9,7 +9,6 @@ use super::{
         Region, SpatialQueries, Sweep, Visit,
         lanes::{Entering, Growing},
         region::limit_squared,
-        sweep::slack_reach,
         traverse::{self, Found},
         wide::{Child, EVERY_MASK, NodeIndex, WideNode},
     },
@@ -57,20 +56,9 @@ impl<K: Copy> SpatialQueries<K> for Octree<K> {
         let Some(root) = self.root else {
             return;
         };
-        let mut limit = sweep.ray().t_max().min(f32::MAX);
-        let path = Entering::grown(sweep.ray(), slack_reach(sweep));
-        let visit = |leaf, _| {
-            let aabb = self.aabb_at(self.leaves.place_at(leaf));
-            let Some(t) = sweep.intersection_at(&aabb).filter(|&t| t <= limit) else {
-                return Visit::Continue;
-            };
-            let wanted = visit(self.leaves.key_at(leaf), t);
-            if let Visit::Shorten(to) = wanted {
-                limit = limit.min(to);
-            }
-            wanted
-        };
-        traverse::visit_in_order(&self.nodes, root, EVERY_MASK, sweep.ray().t_max(), path, visit);
+        let aabb_of = |leaf| self.aabb_at(self.leaves.place_at(leaf));
+        let visit = |leaf, t| visit(self.leaves.key_at(leaf), t);
+        traverse::visit_sweep(&self.nodes, root, EVERY_MASK, sweep, aabb_of, visit);
     }
 
     fn visit_region<R: Region>(&self, region: &R, mut visit: impl FnMut(K) -> ControlFlow<()>) {
@@ -78,12 +66,9 @@ impl<K: Copy> SpatialQueries<K> for Octree<K> {
             return;
         };
         let mut visit = |leaf| visit(self.leaves.key_at(leaf));
-        traverse::visit_region(&self.nodes, root, EVERY_MASK, &region.outline(), |found| match found {
+        traverse::visit_region(&self.nodes, root, EVERY_MASK, region, |found| match found {
             Found::Whole(node) => traverse::visit_leaves(&self.nodes, node, EVERY_MASK, &mut visit),
-            Found::Leaf {
-                to_test: Some(aabb), ..
-            } if !region.touches(&aabb) => ControlFlow::Continue(()),
-            Found::Leaf { leaf, .. } => visit(leaf),
+            Found::Leaf(leaf) => visit(leaf),
         });
     }
 
