@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use bevy::math::bounding::Aabb3d;
+use bevy::math::{Vec3, bounding::Aabb3d};
 
 use super::triangles::{TriangleHit, TriangleMesh, nearer};
 use crate::{
     geometry::{
+        aabb::{EMPTY, union},
         ray::{
             Ray,
             triangle::{Backfaces, TriangleRay},
@@ -18,7 +19,7 @@ use crate::{
         build::{BuildItem, Builder},
         lanes::Entering,
         traverse::visit_in_order,
-        wide::{EVERY_MASK, WideNode},
+        wide::{Child, EVERY_MASK, WideNode},
     },
 };
 
@@ -57,6 +58,29 @@ impl MeshBvh {
         Self {
             nodes,
             mesh: mesh.reordered(items.iter().map(BuildItem::index)),
+        }
+    }
+
+    /// Moves the vertices of the mesh, vertex `i` to `positions[i]`, and fits every box to what is below it, in O(n). The
+    /// answers are those of a hierarchy built anew; the farther the vertices have moved, the longer they take.
+    ///
+    /// # Panics
+    ///
+    /// If there are fewer positions than [vertices](TriangleMesh::vertex_count), or if one that is used is NaN or
+    /// infinite.
+    pub fn refit(&mut self, positions: &[Vec3]) {
+        self.mesh.move_vertices(positions);
+        // Children come after their parents.
+        for index in (0..self.nodes.len()).rev() {
+            for lane in 0..self.nodes[index].len() {
+                let bounds = match self.nodes[index].child(lane) {
+                    Child::Node(child) => self.nodes[child as usize].bounds(),
+                    Child::Leaf(leaf) => {
+                        unpack_slots(leaf).fold(EMPTY, |bounds, slot| union(&bounds, &self.mesh.triangle_box(slot)))
+                    }
+                };
+                self.nodes[index].set_aabb(lane, &bounds);
+            }
         }
     }
 

@@ -71,7 +71,7 @@ pub struct TriangleMesh {
 #[derive(Clone, Copy, Debug)]
 struct Triangle {
     corners: [Vec3; 3],
-    /// The places of its attributes.
+    /// The numbers of its vertices in the mesh.
     vertices: [u32; 3],
     /// Its number in the mesh.
     number: u32,
@@ -266,10 +266,19 @@ impl TriangleMesh {
         self.has_uvs.then(|| interpolate(hit.barycentrics, uvs()))
     }
 
+    /// The number of vertices of the mesh, used or not.
+    pub fn vertex_count(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// The numbers of the vertices of the triangle that was hit, in the mesh.
+    pub fn vertex_numbers(&self, hit: &TriangleHit) -> [u32; 3] {
+        self.triangles[hit.slot as usize].vertices
+    }
+
     /// The vertices of the triangle that was hit.
     fn vertices(&self, hit: &TriangleHit) -> [&Vertex; 3] {
-        let vertices = self.triangles[hit.slot as usize].vertices;
-        vertices.map(|vertex| &self.vertices[vertex as usize])
+        self.vertex_numbers(hit).map(|vertex| &self.vertices[vertex as usize])
     }
 
     #[inline]
@@ -303,31 +312,22 @@ impl TriangleMesh {
         }
     }
 
-    /// This mesh with its triangles in another order of slots: the new slot `i` holds the old slot `order[i]`. The
-    /// vertices follow the triangles, so that what a hit looks up lies together.
+    /// This mesh with its triangles in another order of slots: the new slot `i` holds the old slot `order[i]`.
     pub(super) fn reordered(&self, order: impl Iterator<Item = u32>) -> Self {
-        const UNSEEN: u32 = u32::MAX;
-        let mut new_place = vec![UNSEEN; self.vertices.len()];
-        let mut vertices = Vec::with_capacity(self.vertices.len());
-        let triangles = order
-            .map(|slot| {
-                let mut triangle = self.triangles[slot as usize];
-                for vertex in &mut triangle.vertices {
-                    let place = &mut new_place[*vertex as usize];
-                    if *place == UNSEEN {
-                        *place = vertices.len() as u32;
-                        vertices.push(self.vertices[*vertex as usize]);
-                    }
-                    *vertex = *place;
-                }
-                triangle
-            })
-            .collect();
         Self {
-            triangles,
-            vertices,
+            triangles: order.map(|slot| self.triangles[slot as usize]).collect(),
+            vertices: self.vertices.clone(),
             ..*self
         }
+    }
+
+    /// Moves vertex `i` to `positions[i]`, and with it the corners of the triangles.
+    pub(super) fn move_vertices(&mut self, positions: &[Vec3]) {
+        for triangle in &mut self.triangles {
+            triangle.corners = triangle.vertices.map(|vertex| positions[vertex as usize]);
+        }
+        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
+        self.aabb = Aabb3d::enclosing(corners.map(Vec3A::from)).expect("finite positions");
     }
 }
 
