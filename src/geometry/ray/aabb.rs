@@ -8,9 +8,10 @@ use crate::geometry::tolerance;
 impl Ray {
     /// The parameter at which the ray enters `aabb`, in the space of both, or `None` if it misses.
     ///
-    /// Its [`t_min`](Ray::t_min) where the ray starts inside. Conservative: never misses a box that the exact ray touches, whatever the
-    /// zeros in its direction, and may report one that it misses by [`tolerance::SLAB`]; the parameter is never too
-    /// large. Source: Kay and Kajiya 1986, with the robust interval of Ize 2013.
+    /// Its [`t_min`](Ray::t_min) where the ray starts inside. Conservative: never misses a box that the exact ray touches,
+    /// whatever the zeros in its direction, and may report one that it misses by [`tolerance::SLAB`]; the parameter is
+    /// never too large. Of a box whose coordinates differ from those of the origin by more than [`f32::MAX`] it tells
+    /// nothing. Source: Kay and Kajiya 1986, with the robust interval of Ize 2013.
     #[inline]
     pub fn aabb_intersection_at(&self, aabb: &Aabb3d) -> Option<f32> {
         let ray = self.slab_ray();

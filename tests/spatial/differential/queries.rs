@@ -41,7 +41,9 @@ pub fn compare_all(
     compare_contents(ours, oracle, context);
     for _ in 0..6 {
         let ray = ray(oracle, scene, rng);
-        compare_ray(ours, oracle, &ray, rng, &format!("{context}: {ray:?}"));
+        if in_reach_of_floats(oracle, &ray) {
+            compare_ray(ours, oracle, &ray, rng, &format!("{context}: {ray:?}"));
+        }
         if !in_reach_of_doubles(scene) {
             continue;
         }
@@ -305,6 +307,14 @@ fn compare_regions(
 /// than it resolves, what they touch is a matter of rounding, and the boxes around are passed by or not as it happens.
 fn in_reach_of_doubles(scene: Scene) -> bool {
     scene != Scene::Extreme
+}
+
+/// The slab test promises nothing about boxes that are farther from the start of the ray than `f32` reaches.
+fn in_reach_of_floats(oracle: &Oracle, ray: &Ray) -> bool {
+    oracle.bounds().is_none_or(|bounds| {
+        let reach = (bounds.min - ray.origin()).abs().max((bounds.max - ray.origin()).abs());
+        reach.is_finite()
+    })
 }
 
 /// A frustum that looks about from near a point: of a perspective with and without end, of an orthographic projection,
