@@ -153,12 +153,18 @@ impl SceneQuery<'_, '_> {
             return;
         }
         let boxes = Boxes { scene: self, settings };
-        let visit = boxes.visiting(|key, distance_squared| {
-            neighbours.push(Neighbour { key, distance_squared });
+        let mut visit = |key, distance_squared| {
+            neighbours.extend(boxes.accept(key).map(|key| Neighbour { key, distance_squared }));
             Visit::Continue
-        });
+        };
         match self.index.grid() {
-            Some(grid) => grid.visit_near(point.into(), radius, visit),
+            Some(grid) => grid.visit_near(point.into(), radius, |key, distance_squared| {
+                if self.admit_visibility(key, settings) {
+                    visit(key, distance_squared)
+                } else {
+                    Visit::Continue
+                }
+            }),
             None => boxes.tree().visit_near(point.into(), radius, visit),
         }
         neighbours.sort_unstable_by(|a, b| (a.distance_squared.total_cmp(&b.distance_squared)).then(a.key.cmp(&b.key)));

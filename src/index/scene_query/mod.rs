@@ -8,7 +8,7 @@ pub use boxes::SweepHit;
 pub use mesh_contacts::MeshContact;
 
 use bevy::{
-    camera::visibility::{ViewVisibility, VisibilityClass},
+    camera::visibility::{RenderLayers, ViewVisibility, VisibilityClass},
     ecs::{
         change_detection::Res,
         entity::Entity,
@@ -69,12 +69,16 @@ impl SceneQuery<'_, '_> {
         (self.admit(key, settings) && self.confirm(key.entity, settings)).then_some(key.entity)
     }
 
-    /// Whether the settings admit an entity, as far as the index knows.
+    /// Whether the settings admit an entity of the [`tree`](Self::tree), as far as the index knows. Its mask has decided
+    /// about visibility, and about layers unless some are asked for: mostly there is nothing to look up.
     fn admit(&self, key: Key, settings: &SceneQuerySettings) -> bool {
-        let entry = self.index.entry(key.slot);
-        let on_layers = settings.layers.is_none_or(|layers| layers.intersects(&entry.layers));
-        let visible = entry.visible || settings.visibility == QueryVisibility::Any;
-        on_layers && visible && !settings.excluded.contains(&key.entity)
+        let on_layers = |layers: &RenderLayers| layers.intersects(&self.index.entry(key.slot).layers);
+        settings.layers.is_none_or(on_layers) && !settings.excluded.contains(&key.entity)
+    }
+
+    /// Whether the settings admit the visibility of an entity: for those that do not come from the tree.
+    fn admit_visibility(&self, key: Key, settings: &SceneQuerySettings) -> bool {
+        settings.visibility == QueryVisibility::Any || self.index.entry(key.slot).visible
     }
 
     /// Whether the settings accept an entity that the index [admits](Self::admit): asks the world, and the user.
