@@ -1,7 +1,7 @@
 //! One posed entity: its pose as of the last frame, and its mesh in that pose, once it is asked for.
 
 use std::sync::{
-    Arc, Mutex, OnceLock,
+    Arc, Mutex, OnceLock, PoisonError,
     atomic::{AtomicBool, Ordering},
 };
 
@@ -93,31 +93,28 @@ impl PosedEntity {
     /// Gives up the posed mesh, but not its memory.
     fn retire(&mut self) {
         if let Some(posed) = self.posed.take() {
-            *self.spare_mut() = Some(posed);
+            *self.spare.get_mut().unwrap_or_else(PoisonError::into_inner) = Some(posed);
         }
+    }
+
+    /// Whether there is a mesh in this pose or an earlier one.
+    pub fn has_copy(&self) -> bool {
+        self.posed.get().is_some() || self.spare.lock().is_ok_and(|spare| spare.is_some())
     }
 
     /// Frees what was not asked for in so many frames, and what has no hierarchy although there is one now.
     pub fn tidy(&mut self, kept: u32, status: Option<MeshStatus>) {
         let is_asked = std::mem::take(self.is_asked.get_mut());
-        let copy = self.posed.get();
-        if copy.is_none() && self.spare_mut().is_none() {
+        let spare = self.spare.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let Some(copy) = self.posed.get().or(spare.as_ref()) else {
             return;
-        }
+        };
+        let is_outdated = status == Some(MeshStatus::Ready) && copy.bvh().is_none();
         self.idle = if is_asked { 0 } else { self.idle.saturating_add(1) };
-        let copy = self.posed.get_mut().or(match self.spare.get_mut() {
-            Ok(spare) => spare.as_mut(),
-            Err(poisoned) => poisoned.into_inner().as_mut(),
-        });
-        let is_outdated = status == Some(MeshStatus::Ready) && copy.is_some_and(|copy| copy.bvh().is_none());
         if is_outdated || self.idle > kept {
+            *spare = None;
             self.posed.take();
-            *self.spare_mut() = None;
         }
-    }
-
-    fn spare_mut(&mut self) -> &mut Option<PosedMesh> {
-        self.spare.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
     /// The mesh in its pose, which is posed by the first who asks; others wait for it. `None` if it is not loaded.

@@ -59,6 +59,13 @@ impl PosedMeshes {
         self.id_of.is_empty()
     }
 
+    /// How many copies of meshes are kept in which they are or were posed for rays: see
+    /// [`SpatialIndexSettings::posed_meshes_kept`](super::SpatialIndexSettings::posed_meshes_kept).
+    pub fn copies(&self) -> usize {
+        let posed = self.poses.iter().flatten();
+        posed.filter(|posed| posed.has_copy()).count()
+    }
+
     /// What was posed for rays that came near, since the program began.
     pub fn stats(&self) -> PosingStats {
         self.counters.read()
