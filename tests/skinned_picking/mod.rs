@@ -17,6 +17,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_sightline::{
+    geometry::tolerance,
     index::{PosedMeshes, PosingStats, Refusal, SyncStats},
     prelude::*,
 };
@@ -66,35 +67,23 @@ fn assert_is_hit_where_it_is_drawn(app: &mut App, entity: Entity, rng: &mut ChaC
 
     let (min, max) = bounds(&reference.triangles);
     let (middle, size) = (((min + max) / 2.0).as_vec3(), (max - min).length() as f32);
-    let mut clear = 0;
     for _ in 0..rays {
         let origin = middle + *random_dir(rng) * size;
         let ray = ray_towards(origin, middle + random_point(rng, 0.3 * size));
-        let Ok(expected) = reference.cast(ray) else { continue };
-        clear += 1;
         let hit = query(app, |scene| {
             let hit = scene.cast_ray(ray, &both_sides());
             assert_eq!(scene.any_hit(ray, &both_sides()), hit.is_some());
             hit
         });
-        let hit = hit.map(|hit| {
-            (
-                hit.entity,
-                hit.triangle.expect("a mesh").index as usize,
-                f64::from(hit.distance),
-            )
-        });
-        match (hit, expected) {
-            (Some((hit_entity, triangle, distance)), Some(expected)) => {
-                assert_eq!((hit_entity, triangle), (entity, expected.index));
-                let off = (distance - expected.distance).abs();
-                assert!(off <= expected.error, "{off:e} off, {:e} allowed", expected.error);
-            }
-            (None, None) => {}
-            _ => panic!("hit {hit:?}, expected {expected:?}"),
-        }
+        assert!(hit.is_none_or(|hit| hit.entity == entity));
+        reference.check(ray, hit.map(|hit| on_triangle(&hit)));
     }
-    assert!(clear > rays / 2, "only {clear} of {rays} rays are clear");
+}
+
+/// The triangle that was hit, and its distance.
+fn on_triangle(hit: &RayHit) -> (usize, f64) {
+    let triangle = hit.triangle.expect("a mesh").index;
+    (triangle as usize, hit.distance.into())
 }
 
 #[test]
@@ -638,7 +627,9 @@ fn boxes_are_found_where_the_pose_is() {
     );
     settle(&mut app);
     let aabb = index(&app).aabb(rig.entity).expect("in the index");
-    assert!(aabb.center().abs_diff_eq(Vec3A::X * 5.0, 1e-5) && aabb.half_size().abs_diff_eq(Vec3A::splat(0.5), 1e-5));
+    // As much looser as coordinates of up to 5.5 may round.
+    let slack = 6.0 * (tolerance::POSED_BOX + tolerance::TRIANGLE_BOX);
+    assert!(aabb.center().abs_diff_eq(Vec3A::X * 5.0, slack) && aabb.half_size().abs_diff_eq(Vec3A::splat(0.5), slack));
     query(&mut app, |scene| {
         let mut found = Vec::new();
         scene.overlap(

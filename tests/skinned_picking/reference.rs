@@ -105,56 +105,62 @@ impl Reference {
         }
     }
 
-    /// The nearest hit of a ray, whichever way the triangle faces. `Err` if the answer hangs on rounding.
-    pub fn cast(&self, ray: Ray3d) -> Result<Option<ReferenceHit>, Unclear> {
+    /// Checks what a ray has hit, whichever way the triangles face: the number of a triangle, and its distance.
+    ///
+    /// The ray must be on that triangle there, up to rounding, and no triangle may be nearer that it passes through by more
+    /// than rounding; so may none at all if it has hit nothing.
+    pub fn check(&self, ray: Ray3d, hit: Option<(usize, f64)>) {
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let mut nearest: Option<ReferenceHit> = None;
-        let mut unclear = f64::INFINITY;
-        for (index, &[a, b, c]) in self.triangles.iter().enumerate() {
-            let normal = (b - a).cross(c - a);
-            let cosine = normal.normalize_or_zero().dot(direction);
-            let distance = (a - origin).dot(normal) / direction.dot(normal);
-            let point = origin + direction * distance;
-            // The distance of the point from the edges, positive inside.
-            let inside = [(a, b), (b, c), (c, a)].map(|(from, to)| {
-                normal
-                    .normalize_or_zero()
-                    .dot((to - from).normalize_or_zero().cross(point - from))
-            });
-            let inside = inside.into_iter().fold(f64::INFINITY, f64::min);
-            let error =
-                (16.0 * self.slack + f64::from(f32::EPSILON) * 8.0 * (distance.abs() + origin.length())) / cosine.abs();
-            if !(distance.is_finite() && cosine.abs() > 1e-2) {
-                // Seen edge on: a little to the side, any hit may be.
-                let middle = (a + b + c) / 3.0;
-                let size = (a - b).length().max((a - c).length());
-                let along = (middle - origin).dot(direction);
-                if (middle - origin - direction * along).length() <= size {
-                    unclear = unclear.min(along - size);
-                }
-            } else if inside.abs() <= error || distance.abs() <= error {
-                unclear = unclear.min(distance - error);
-            } else if inside > 0.0 && distance > 0.0 && nearest.is_none_or(|nearest| distance < nearest.distance) {
-                nearest = Some(ReferenceHit { index, distance, error });
-            }
+        let rounding = |distance: f64| {
+            let of_ray = 8.0 * f64::from(f32::EPSILON) * (distance.abs() + origin.length());
+            16.0 * self.slack + of_ray
+        };
+        if let Some((triangle, distance)) = hit {
+            let off = distance_to_triangle(self.triangles[triangle], origin + direction * distance);
+            let allowed = rounding(distance);
+            assert!(
+                off <= allowed,
+                "{ray:?} is {off:e} off triangle {triangle}, {allowed:e} allowed"
+            );
         }
-        if nearest.map_or(f64::INFINITY, |nearest| nearest.distance) < unclear || unclear == f64::INFINITY {
-            Ok(nearest)
-        } else {
-            Err(Unclear)
+        for (number, &[a, b, c]) in self.triangles.iter().enumerate() {
+            let normal = (b - a).cross(c - a);
+            let speed = direction.dot(normal);
+            let distance = (a - origin).dot(normal) / speed;
+            if !(distance > 0.0 && distance.is_finite()) {
+                continue;
+            }
+            // What moves across the plane by one part in rounding moves along the ray by so much more.
+            let error = rounding(distance) * normal.length() / speed.abs();
+            if hit.is_some_and(|(_, nearest)| nearest <= distance + error) || distance <= error {
+                continue;
+            }
+            let point = origin + direction * distance;
+            let inside = |from: DVec3, to: DVec3| normal.dot((to - from).cross(point - from)) / (to - from).length();
+            let inside = inside(a, b).min(inside(b, c)).min(inside(c, a)) / normal.length();
+            assert!(
+                inside <= error,
+                "{ray:?} hits triangle {number} at {distance}, not {hit:?}"
+            );
         }
     }
 }
 
-/// Two answers are right.
-pub struct Unclear;
-
-#[derive(Clone, Copy, Debug)]
-pub struct ReferenceHit {
-    pub index: usize,
-    pub distance: f64,
-    /// By how much the distance may be off.
-    pub error: f64,
+/// How far a point is from a triangle.
+fn distance_to_triangle([a, b, c]: [DVec3; 3], point: DVec3) -> f64 {
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let edges = [(a, b), (b, c), (c, a)];
+    if edges
+        .iter()
+        .all(|&(from, to)| normal.dot((to - from).cross(point - from)) >= 0.0)
+    {
+        return normal.dot(point - a).abs();
+    }
+    let to_edge = edges.map(|(from, to)| {
+        let along = (point - from).dot(to - from) / (to - from).length_squared();
+        point.distance(from.lerp(to, along.clamp(0.0, 1.0)))
+    });
+    to_edge.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 fn absolute(matrix: DMat4) -> DMat4 {

@@ -40,12 +40,13 @@ pub(in crate::index) struct PosedEntity {
 
 impl PosedEntity {
     pub fn new(entity: Entity, mesh: AssetId<Mesh>, deformer: Arc<MeshDeformer>) -> Self {
+        let pose = Pose::default();
         Self {
             entity,
             mesh,
+            bounds: bounds(&deformer, &pose),
             deformer,
-            pose: Pose::default(),
-            bounds: Err(Refusal::Pose),
+            pose,
             posed: OnceLock::new(),
             spare: Mutex::new(None),
             is_asked: AtomicBool::new(false),
@@ -67,16 +68,10 @@ impl PosedEntity {
     pub fn follow(&mut self, inputs: &PoseInputs) -> bool {
         let changed = inputs.follow(self.entity, &self.deformer, &mut self.pose);
         if changed {
-            self.bounds = self.bounds_now();
+            self.bounds = bounds(&self.deformer, &self.pose);
             self.retire();
         }
         changed
-    }
-
-    fn bounds_now(&self) -> Result<Aabb3d, Refusal> {
-        let aabb = self.deformer.aabb(&self.pose).filter(|_| self.pose.is_finite());
-        let aabb = aabb.ok_or(Refusal::Pose)?;
-        aabb.is_sound().then_some(aabb).ok_or(Refusal::WorldBounds)
     }
 
     /// The world box, for a place of the entity.
@@ -138,4 +133,10 @@ impl PosedEntity {
             })
         }))
     }
+}
+
+fn bounds(deformer: &MeshDeformer, pose: &Pose) -> Result<Aabb3d, Refusal> {
+    let aabb = deformer.aabb(pose).filter(|_| pose.is_finite());
+    let aabb = aabb.ok_or(Refusal::Pose)?;
+    aabb.is_sound().then_some(aabb).ok_or(Refusal::WorldBounds)
 }

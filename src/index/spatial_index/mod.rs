@@ -224,6 +224,13 @@ impl SpatialIndex {
         is_sound
     }
 
+    /// Whether an entity is in the index, and goes where its pose goes.
+    #[inline]
+    pub(super) fn is_posed(&self, entity: Entity) -> bool {
+        let slot = self.slot(entity);
+        slot.is_some_and(|slot| self.tenants[slot as usize].is_posed)
+    }
+
     /// The same of an entity that is posed, with its world box, which is sound.
     pub(super) fn note_pose(
         &self,

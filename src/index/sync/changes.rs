@@ -140,8 +140,10 @@ impl Changes<'_, '_> {
 struct Table<'w> {
     entities: &'w [Entity],
     transforms: ContiguousRef<'w, GlobalTransform>,
+    /// When each `Aabb` was changed, if the entities have any.
+    resized: Option<&'w [Tick]>,
     /// When each of the other components was changed, of those that the entities have.
-    others: SmallVec<[&'w [Tick]; 10]>,
+    others: SmallVec<[&'w [Tick]; 9]>,
 }
 
 impl<'w> Table<'w> {
@@ -175,7 +177,6 @@ impl<'w> Table<'w> {
         ),
     ) -> Self {
         let others = [
-            ticks(aabb),
             ticks(mesh_2d),
             ticks(mesh_3d),
             ticks(simplified),
@@ -189,6 +190,7 @@ impl<'w> Table<'w> {
         Self {
             entities,
             transforms,
+            resized: ticks(aabb),
             others: others.into_iter().flatten().collect(),
         }
     }
@@ -201,9 +203,12 @@ impl<'w> Table<'w> {
             let dirty = others.fold(0, |dirty, ticks| dirty | self.changed(&ticks[block.clone()]));
             let moved = self.changed(&self.transforms.changed_ticks_slice()[block.clone()]);
             found.dirty.extend(bits(dirty).map(|row| self.entities[start + row]));
-            for row in bits(moved & !dirty) {
+            let resized = self.resized.map_or(0, |ticks| self.changed(&ticks[block.clone()]));
+            for row in bits((moved | resized) & !dirty) {
                 let entity = self.entities[start + row];
-                if !index.note_move(entity, self.transforms[start + row].affine(), &mut found.moves) {
+                // Bevy gives a new box to what is skinned in each frame: ours is that of the pose.
+                let is_resized = resized >> row & 1 == 1 && !index.is_posed(entity);
+                if is_resized || !index.note_move(entity, self.transforms[start + row].affine(), &mut found.moves) {
                     found.dirty.push(entity);
                 }
             }
