@@ -5,6 +5,7 @@
 //!
 //! There is one short cut, for what happens most: an entity of the index of which nothing but the `GlobalTransform` has
 //! changed keeps all but its place. Such entities are [found](changes) and placed in parallel, and stored together.
+//! Entities that are [posed](super::pose) are placed by their poses instead, in parallel too.
 
 mod changes;
 mod reconcile;
