@@ -25,7 +25,7 @@
 //! Update       the game                      SceneQuery, as of the last PostUpdate
 //! PostUpdate   TransformSystems::Propagate   Bevy writes GlobalTransform
 //!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
-//!              SpatialIndexSystems::Sync     what changed → meshes, leaves of tree and grid
+//!              SpatialIndexSystems::Sync     what changed → meshes, poses, leaves of tree and grid
 //!              SpatialIndexSystems::Optimize upkeep of the tree
 //! ```
 

@@ -13,5 +13,6 @@ mod picking;
 mod properties;
 mod regressions;
 mod scene_query;
+mod skinned_picking;
 mod spatial;
 mod sync;

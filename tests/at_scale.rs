@@ -14,10 +14,17 @@ use bevy::{
         system::{RunSystemOnce, SystemState},
     },
     math::bounding::{Aabb3d, BoundingSphere},
+    mesh::{
+        MeshPlugin, VertexAttributeValues,
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
     prelude::*,
     tasks::{ComputeTaskPool, TaskPoolBuilder},
 };
-use bevy_sightline::prelude::*;
+use bevy_sightline::{
+    index::{MeshBvhs, PosedMeshes, SyncStats},
+    prelude::*,
+};
 
 /// Counts what each thread allocates while it is counting.
 struct Counting;
@@ -202,4 +209,113 @@ fn nothing_is_allocated_per_query_once_warm() {
     ask();
     assert_eq!(allocations(ask), 0);
     assert!(found > 5);
+}
+
+/// One of so many joints, which sway.
+#[derive(Component)]
+struct Joint(f32);
+
+/// An app with `n` skinned spheres of so many joints, four apart along the x axis.
+fn app_with_skins(n: usize, joints: u16) -> App {
+    ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(4).build());
+    let mut app = App::new();
+    app.add_plugins((
+        MinimalPlugins,
+        AssetPlugin::default(),
+        TransformPlugin,
+        bevy::image::ImagePlugin::default(),
+        MeshPlugin,
+        SpatialIndexPlugin,
+    ))
+    .init_resource::<Allocated>()
+    .add_systems(Update, sway);
+    app.finish();
+    let mesh = bevy::math::primitives::Sphere::new(1.0).mesh().uv(64, 40);
+    let vertices = mesh.count_vertices();
+    let joint = |vertex: usize| (vertex * usize::from(joints) / vertices) as u16;
+    let indices = (0..vertices).map(|vertex| [joint(vertex), (joint(vertex) + 1) % joints, 0, 0]);
+    let mesh = mesh
+        .with_inserted_attribute(
+            Mesh::ATTRIBUTE_JOINT_INDEX,
+            VertexAttributeValues::Uint16x4(indices.collect()),
+        )
+        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[0.75, 0.25, 0.0, 0.0]; vertices]);
+    let world = app.world_mut();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let bind_poses = vec![Mat4::IDENTITY; joints.into()];
+    let inverse_bindposes = world
+        .resource_mut::<Assets<SkinnedMeshInverseBindposes>>()
+        .add(bind_poses);
+    for i in 0..n {
+        let place = Transform::from_xyz(4.0 * i as f32, 0.0, 0.0);
+        let joints = (0..joints).map(|joint| world.spawn((place, Joint(f32::from(joint)))).id());
+        let skin = SkinnedMesh {
+            joints: joints.collect(),
+            inverse_bindposes: inverse_bindposes.clone(),
+        };
+        world.spawn((Mesh3d(mesh.clone()), skin, Transform::default()));
+    }
+    app.update();
+    while app.world().resource::<MeshBvhs>().building() > 0 {
+        app.update();
+    }
+    app
+}
+
+fn sway(mut frame: Local<u32>, mut joints: Query<(&Joint, &mut Transform)>) {
+    *frame += 1;
+    for (joint, mut transform) in &mut joints {
+        transform.translation.y = 0.2 * (0.3 * *frame as f32 + joint.0).sin();
+    }
+}
+
+#[test]
+fn skinned_meshes_are_followed_and_hit_without_allocations_once_warm() {
+    let mut app = app_with_skins(20, 6);
+    app.edit_schedule(PostUpdate, |schedule| {
+        schedule.set_executor(SingleThreadedExecutor::new());
+    });
+    app.add_systems(
+        PostUpdate,
+        (
+            (|| COUNT.set(Some(0)))
+                .after(TransformSystems::Propagate)
+                .before(SpatialIndexSystems::Sync),
+            (|scene: SceneQuery| {
+                let ray = Ray3d::new(Vec3::new(8.0, 9.0, 0.1), Dir3::NEG_Y);
+                assert!(scene.cast_ray(ray, &SceneQuerySettings::default()).is_some());
+            })
+            .after(SpatialIndexSystems::Optimize),
+            (|mut allocated: ResMut<Allocated>| allocated.0 = COUNT.take().expect("it was set"))
+                .after(SpatialIndexSystems::Optimize),
+        )
+            .chain(),
+    );
+    for _ in 0..32 {
+        app.update();
+    }
+    let before = app.world().resource::<PosedMeshes>().stats().meshes;
+    for _ in 0..32 {
+        app.update();
+        assert_eq!(app.world().resource::<SyncStats>().posed, 20);
+        assert_eq!(app.world().resource::<Allocated>().0, 0);
+    }
+    let posed = app.world().resource::<PosedMeshes>().stats().meshes - before;
+    assert_eq!(posed, 32, "one in each frame");
+}
+
+#[test]
+fn poses_are_followed_on_several_threads() {
+    let mut app = app_with_skins(1000, 4);
+    for _ in 0..3 {
+        app.update();
+        assert_eq!(app.world().resource::<SyncStats>().posed, 1000);
+    }
+    let mut joints = app.world_mut().query::<(&Joint, &GlobalTransform)>();
+    let highest = joints.iter(app.world()).map(|(_, place)| place.translation().y);
+    let highest = highest.fold(0.0, f32::max);
+    let index = app.world().resource::<SpatialIndex>();
+    index.validate().expect("a whole index");
+    let bounds = index.bounds().expect("not empty");
+    assert!((bounds.max.y - (1.0 + highest)).abs() < 0.1 && bounds.max.x > 3996.5);
 }

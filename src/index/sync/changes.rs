@@ -15,7 +15,7 @@ use bevy::{
         query::{Added, Changed, Or, With},
         system::{Query, SystemParam},
     },
-    mesh::{Mesh2d, Mesh3d},
+    mesh::{Mesh2d, Mesh3d, morph::MeshMorphWeights, skinning::SkinnedMesh},
     tasks::{ComputeTaskPool, TaskPool},
     transform::components::GlobalTransform,
 };
@@ -83,16 +83,18 @@ pub(in crate::index) struct Changes<'w, 's> {
 
 /// What was found in a part of the world.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(in crate::index) struct Found {
     /// What has moved and has not changed otherwise.
     pub moves: Moves,
     /// Everything else that has changed.
     pub dirty: Vec<Entity>,
+    /// How many poses have changed.
+    pub posed: usize,
 }
 
 impl Changes<'_, '_> {
     /// Finds everything that has changed. `parts` are buffers, of which as many are filled as there are tasks.
-    pub(super) fn find(&self, index: &SpatialIndex, parts: &mut Vec<Found>) {
+    pub fn find(&self, index: &SpatialIndex, parts: &mut Vec<Found>) {
         if parts.is_empty() {
             parts.push(Found::default());
         }
@@ -138,8 +140,10 @@ impl Changes<'_, '_> {
 struct Table<'w> {
     entities: &'w [Entity],
     transforms: ContiguousRef<'w, GlobalTransform>,
+    /// When each `Aabb` was changed, if the entities have any.
+    resized: Option<&'w [Tick]>,
     /// When each of the other components was changed, of those that the entities have.
-    others: SmallVec<[&'w [Tick]; 10]>,
+    others: SmallVec<[&'w [Tick]; 9]>,
 }
 
 impl<'w> Table<'w> {
@@ -173,7 +177,6 @@ impl<'w> Table<'w> {
         ),
     ) -> Self {
         let others = [
-            ticks(aabb),
             ticks(mesh_2d),
             ticks(mesh_3d),
             ticks(simplified),
@@ -187,6 +190,7 @@ impl<'w> Table<'w> {
         Self {
             entities,
             transforms,
+            resized: ticks(aabb),
             others: others.into_iter().flatten().collect(),
         }
     }
@@ -199,9 +203,12 @@ impl<'w> Table<'w> {
             let dirty = others.fold(0, |dirty, ticks| dirty | self.changed(&ticks[block.clone()]));
             let moved = self.changed(&self.transforms.changed_ticks_slice()[block.clone()]);
             found.dirty.extend(bits(dirty).map(|row| self.entities[start + row]));
-            for row in bits(moved & !dirty) {
+            let resized = self.resized.map_or(0, |ticks| self.changed(&ticks[block.clone()]));
+            for row in bits((moved | resized) & !dirty) {
                 let entity = self.entities[start + row];
-                if !index.note_move(entity, self.transforms[start + row].affine(), &mut found.moves) {
+                // Bevy gives a new box to what is skinned in each frame: ours is that of the pose.
+                let is_resized = resized >> row & 1 == 1 && !index.is_posed(entity);
+                if is_resized || !index.note_move(entity, self.transforms[start + row].affine(), &mut found.moves) {
                     found.dirty.push(entity);
                 }
             }
@@ -247,6 +254,8 @@ pub(in crate::index) struct Removed<'w, 's> {
     visibility: RemovedComponents<'w, 's, InheritedVisibility>,
     layers: RemovedComponents<'w, 's, RenderLayers>,
     backfaces: RemovedComponents<'w, 's, RayCastBackfaces>,
+    skin: RemovedComponents<'w, 's, SkinnedMesh>,
+    morph_weights: RemovedComponents<'w, 's, MeshMorphWeights>,
     no_spatial_index: RemovedComponents<'w, 's, NoSpatialIndex>,
     disabled: RemovedComponents<'w, 's, Disabled>,
     newly_disabled: Query<'w, 's, Entity, (With<Disabled>, Added<Disabled>)>,
@@ -265,6 +274,8 @@ impl Removed<'_, '_> {
             .chain(self.visibility.read())
             .chain(self.layers.read())
             .chain(self.backfaces.read())
+            .chain(self.skin.read())
+            .chain(self.morph_weights.read())
             .chain(self.no_spatial_index.read())
             .chain(self.disabled.read())
             .chain(&self.newly_disabled)
