@@ -17,11 +17,14 @@
 
 mod civic;
 mod color;
+mod fox;
+mod fox_motion;
 mod glb;
 mod houses;
 mod math;
 mod nature;
 mod outline;
+mod rig;
 mod shape;
 mod statue;
 mod street;
@@ -100,6 +103,11 @@ fn main() -> std::io::Result<()> {
         let [full, middle, far] = shapes.each_ref().map(|(_, shape)| shape.triangles.len());
         println!("{file:22}{:>9}{full:>10}{middle:>8}{far:>8}", bytes.len());
     }
+    let rig = fox::rig();
+    let bytes = glb::encode_rig("fox", &rig);
+    std::fs::write(folder.join("fox.glb"), &bytes)?;
+    let triangles: usize = rig.skin.iter().map(|part| part.shape.triangles.len()).sum();
+    println!("{:22}{:>9}{triangles:>10}", "fox.glb", bytes.len());
     Ok(())
 }
 
