@@ -18,6 +18,16 @@ pub const BOX_TRANSFORM: f32 = 8.0 * f32::EPSILON;
 /// some seven times more; 16u on each side lets every such hit pass the boxes above it.
 pub const SLAB: f32 = 8.0 * f32::EPSILON;
 
+/// Relative slack of the box around a mesh in a pose, as a fraction of the magnitudes that were added up.
+///
+/// A skinned vertex rounds some nine times: four matrices are weighted and added up (γ₄), and the sum is applied (γ₅). The
+/// box of a joint rounds twice where its centre is taken and five times where it is moved, that of the mesh three times
+/// where it is scaled by the sum of the weights. 32u cover both sides.
+pub const POSED_BOX: f32 = 16.0 * f32::EPSILON;
+
+/// What each morph target adds to [`POSED_BOX`]: a product and a sum for the vertex, and as much for its box.
+pub const MORPHED: f32 = 2.0 * f32::EPSILON;
+
 /// Slack of the box of a triangle, as a fraction of the longest side of that box.
 ///
 /// The edge functions of a triangle of size L round by up to 4u·L², which moves an edge by 4u·L: a ray that passes so

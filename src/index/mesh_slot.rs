@@ -5,27 +5,29 @@ use std::sync::Arc;
 use bevy::{
     asset::AssetId,
     ecs::entity::Entity,
-    math::{Affine3A, Vec3A},
+    math::Vec3A,
     mesh::Mesh,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
 use smallvec::SmallVec;
 use tracing::warn;
 
-use super::{meshes::MeshStatus, surface::PlacedSurface};
+use super::{meshes::MeshStatus, surface::PlacedSurface, triangles::Triangles};
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
         tolerance,
         volume::{AnyVolume, BoundingKind, Volume},
     },
-    mesh::{MeshBvh, PlacedMesh, TriangleHit, TriangleMesh},
+    mesh::{MeshBvh, MeshDeformer, TriangleHit, TriangleMesh},
 };
 
 /// What is known of one mesh asset.
 #[derive(Debug, Default)]
 pub(super) struct MeshSlot {
     content: Content,
+    /// New whenever the vertices are.
+    deformer: Option<Arc<MeshDeformer>>,
     /// How many indexed entities use the mesh.
     pub users: usize,
     /// Whether the user has been told that the mesh is bad.
@@ -67,26 +69,27 @@ impl MeshSlot {
         }
     }
 
-    pub fn triangles(&self) -> Option<&TriangleMesh> {
+    /// What rays are tested against.
+    pub fn surface(&self) -> Option<Triangles<'_>> {
         match &self.content {
             Content::Missing | Content::Unusable => None,
-            Content::Building { mesh, .. } => Some(mesh),
-            Content::Ready(bvh) => Some(bvh.mesh()),
+            Content::Building { mesh, .. } => Some(Triangles::Listed(mesh)),
+            Content::Ready(bvh) => Some(Triangles::Hierarchy(bvh)),
         }
+    }
+
+    pub fn triangles(&self) -> Option<&TriangleMesh> {
+        self.surface().map(Triangles::mesh)
+    }
+
+    /// What poses the mesh, if it has joints or morph targets.
+    pub fn deformer(&self) -> Option<&Arc<MeshDeformer>> {
+        self.deformer.as_ref()
     }
 
     /// The kinds of volume that are kept.
     pub fn volumes(&self) -> impl Iterator<Item = BoundingKind> + '_ {
         self.volumes.iter().map(|(kind, _)| *kind)
-    }
-
-    /// The mesh with its triangles at `world_from_local`.
-    pub fn placed(&self, world_from_local: Affine3A) -> Option<PlacedMesh<'_>> {
-        match &self.content {
-            Content::Missing | Content::Unusable => None,
-            Content::Building { mesh, .. } => Some(PlacedMesh::without_hierarchy(mesh, world_from_local)),
-            Content::Ready(bvh) => Some(PlacedMesh::new(bvh, world_from_local)),
-        }
     }
 
     /// Takes over the triangles of `mesh`, and sends them to be built. `user` is named if they are bad.
@@ -97,16 +100,18 @@ impl MeshSlot {
                 warn!("mesh {id}{of_user}: {what}");
             }
         };
+        self.deformer = None;
         self.content = match TriangleMesh::from_mesh(mesh) {
-            Ok(mesh) => {
-                if mesh.left_out() > 0 {
+            Ok(triangles) => {
+                if triangles.left_out() > 0 {
                     warn_once(format_args!(
                         "rays cannot hit {} of its {} triangles: indices out of range, or positions NaN or infinite",
-                        mesh.left_out(),
-                        mesh.left_out() + mesh.len(),
+                        triangles.left_out(),
+                        triangles.left_out() + triangles.len(),
                     ));
                 }
-                Content::build(mesh)
+                self.deformer = MeshDeformer::from_mesh(mesh, &triangles).map(Arc::new);
+                Content::build(triangles)
             }
             Err(why) => {
                 warn_once(format_args!("rays cannot hit it: {why}"));
@@ -121,6 +126,7 @@ impl MeshSlot {
     /// Forgets the triangles.
     pub fn unload(&mut self) {
         self.content = Content::Missing;
+        self.deformer = None;
         for (_, volume) in &mut self.volumes {
             *volume = VolumeState::Waiting;
         }
@@ -164,27 +170,15 @@ impl MeshSlot {
         ray: &Ray,
         backfaces: Backfaces,
     ) -> Option<TriangleHit> {
-        match placed.ray_to_local(ray) {
-            Some(local) if self.misses(bounded_by, &local) => None,
-            Some(local) => match &self.content {
-                Content::Missing | Content::Unusable => None,
-                Content::Building { mesh, .. } => mesh.closest_hit(&local, backfaces),
-                Content::Ready(bvh) => bvh.closest_hit(&local, backfaces),
-            },
-            // The transform is flat, or so nearly flat that the ray overflows: take the triangles to the world.
-            None => {
-                let place = |corner: Vec3A| placed.world_from_local().transform_point3a(corner);
-                self.triangles()?.closest_hit_of(ray, backfaces, place)
-            }
-        }
+        let misses = |local: &Ray| self.misses(bounded_by, local);
+        self.surface()?.closest_hit(placed, ray, backfaces, misses)
     }
 
     /// Whether the ray hits the mesh at its place in the world anywhere.
     pub fn any_hit(&self, placed: &PlacedSurface, bounded_by: BoundingKind, ray: &Ray, backfaces: Backfaces) -> bool {
-        match (&self.content, placed.ray_to_local(ray)) {
-            (Content::Ready(bvh), Some(local)) => !self.misses(bounded_by, &local) && bvh.any_hit(&local, backfaces),
-            _ => self.closest_hit(placed, bounded_by, ray, backfaces).is_some(),
-        }
+        let misses = |local: &Ray| self.misses(bounded_by, local);
+        self.surface()
+            .is_some_and(|surface| surface.any_hit(placed, ray, backfaces, misses))
     }
 
     /// Whether the ray, in the space of the mesh, misses the volume of that kind, as far as it is built.

@@ -21,7 +21,14 @@
 //! An entity whose transform or bounds are NaN or infinite, or so large that its world box overflows, is left out, with
 //! one warning that names it, and listed by [`SpatialIndex::refused`]; it comes back by itself when its data are good
 //! again. A mesh without a surface gets one warning too, and [`MeshBvhs::status`] tells; its entities keep their boxes.
-//! Skinned and morphed meshes are hit in their bind pose.
+//! A joint, a morph weight or vertex data for them that are NaN or infinite leave an entity out in the same way.
+//!
+//! # Skinned and morphed meshes
+//!
+//! They are found and hit as they are [posed](PosedMeshes), vertex for vertex where Bevy's renderer draws them: a skinned
+//! mesh where its joints are, wherever its own entity is. Their world boxes are around the pose, whatever their `Aabb`. A
+//! skin on a mesh without joint indices and weights, and joint indices and weights without a skin, are of no effect; a
+//! `Mesh2d` is not posed. Which faces are back faces, the triangles decide in their pose.
 
 mod components;
 mod hit;
@@ -29,18 +36,21 @@ mod mask;
 mod mesh_slot;
 mod meshes;
 mod pick_shape;
+mod pose;
 mod scene_query;
 mod settings;
 mod spatial_index;
 mod stats;
 mod surface;
 mod sync;
+mod triangles;
 
 pub use crate::geometry::ray::triangle::Backfaces;
 pub use components::{BoundedBy, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
 pub use meshes::{MeshBvhs, MeshStatus};
 pub use pick_shape::PickShape;
+pub use pose::{PosedMeshes, PosingStats};
 pub use scene_query::{MeshContact, SceneQuery, SweepHit};
 pub use settings::{QueryVisibility, SceneQuerySettings, SpatialIndexSettings};
 pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
@@ -85,6 +95,7 @@ impl Plugin for SpatialIndexPlugin {
         }
         app.insert_resource(SpatialIndex::new())
             .insert_resource(MeshBvhs::new())
+            .init_resource::<PosedMeshes>()
             .init_resource::<SpatialIndexSettings>()
             .init_resource::<SyncStats>()
             .register_type::<BoundedBy>()

@@ -18,12 +18,16 @@ pub struct SpatialIndexSettings {
     /// [`neighbours_within`](super::SceneQuery::neighbours_within). By default there is one, with cells of the size that it
     /// finds best; a size that is not positive and finite changes nothing, with a warning. Without it the tree answers, in the same way and more slowly, and its memory and upkeep are saved.
     pub grid: Option<GridSettings>,
+    /// For how many frames the copy of a mesh is kept in which it was posed for rays, after the last that came near: the
+    /// hierarchy and all triangles, some 100 bytes for each. 60 by default.
+    pub posed_meshes_kept: u32,
 }
 
 impl Default for SpatialIndexSettings {
     fn default() -> Self {
         Self {
             grid: Some(GridSettings::default()),
+            posed_meshes_kept: 60,
         }
     }
 }

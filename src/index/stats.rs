@@ -18,6 +18,11 @@ pub struct SyncStats {
     pub moved: usize,
     /// The entities that had changed otherwise, were new or gone: they are looked at one by one.
     pub reconciled: usize,
+    /// The skinned and morphed entities whose pose had changed; those are among what had moved. What was posed of them
+    /// for rays is in [`PosedMeshes::stats`](super::PosedMeshes::stats).
+    pub posed: usize,
+    /// The time that it took to follow the poses, which is part of [`find`](Self::find).
+    pub posing: Duration,
     /// The time that it took to find them and to compute the world boxes of what had moved.
     pub find: Duration,
     /// The time that it took to bring the structures up to date.

@@ -8,7 +8,7 @@ use bevy::{
     mesh::Mesh,
 };
 
-use super::PickShape;
+use super::{PickShape, pose::PoseId};
 use crate::geometry::{
     ray::{Ray, triangle::Backfaces},
     volume::BoundingKind,
@@ -19,6 +19,8 @@ use crate::geometry::{
 pub(super) struct PlacedSurface {
     pub shape: Shape,
     pub backfaces: Backfaces,
+    /// If it is a mesh that is posed.
+    pub pose: Option<PoseId>,
     world_from_local: Affine3A,
     /// Computed for the first ray that asks: most of what moves has moved on before a ray comes near.
     local_from_world: OnceLock<Option<DAffine3>>,
@@ -37,6 +39,7 @@ impl PlacedSurface {
         Self {
             shape,
             backfaces,
+            pose: None,
             world_from_local,
             local_from_world: OnceLock::new(),
         }

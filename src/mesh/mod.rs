@@ -4,8 +4,10 @@
 
 pub mod bvh;
 pub mod mesh_mesh;
+pub mod pose;
 pub mod triangles;
 
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
+pub use pose::{MeshDeformer, Pose, PosedMesh};
 pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};

@@ -1,6 +1,9 @@
 //! The triangles of a mesh, whichever way the mesh stores them.
 
-use std::ops::{Add, Mul};
+use std::{
+    ops::{Add, Mul},
+    sync::OnceLock,
+};
 
 use bevy::{
     math::{Vec2, Vec3, Vec3A, bounding::Aabb3d},
@@ -65,7 +68,12 @@ pub struct TriangleMesh {
     aabb: Aabb3d,
     /// How many triangles were left out.
     left_out: usize,
+    /// The slot of each triangle by its number, [`NO_SLOT`] of those that were left out; once it is asked for.
+    slots: OnceLock<Vec<u32>>,
 }
+
+/// No triangle is in this slot.
+const NO_SLOT: u32 = u32::MAX;
 
 /// All of a triangle in one place: a test of it then loads one stretch of memory.
 #[derive(Clone, Copy, Debug)]
@@ -161,6 +169,7 @@ impl TriangleMesh {
             aabb,
             left_out: all - triangles.len(),
             triangles,
+            slots: OnceLock::new(),
         })
     }
 
@@ -253,6 +262,11 @@ impl TriangleMesh {
         if normal.is_finite() && normal != Vec3::ZERO {
             return normal;
         }
+        self.geometric_normal(hit)
+    }
+
+    /// The normal of the triangle that was hit, of any length.
+    pub fn geometric_normal(&self, hit: &TriangleHit) -> Vec3 {
         let [a, b, c] = self.triangle(hit);
         // Scaled first, so that the product of tiny sides does not underflow.
         let (ab, ac) = (b - a, c - a);
@@ -274,6 +288,36 @@ impl TriangleMesh {
     /// The numbers of the vertices of the triangle that was hit, in the mesh.
     pub fn vertex_numbers(&self, hit: &TriangleHit) -> [u32; 3] {
         self.triangles[hit.slot as usize].vertices
+    }
+
+    /// The numbers of the vertices of the triangle with this number, in the mesh. `None` if there is no such triangle, or
+    /// it was left out. The first time in O(n).
+    pub fn vertices_of(&self, number: u32) -> Option<[u32; 3]> {
+        Some(self.triangles[self.slot_of(number)?].vertices)
+    }
+
+    /// The corners of the triangle with this number: see [`vertices_of`](Self::vertices_of).
+    pub fn corners_of(&self, number: u32) -> Option<[Vec3; 3]> {
+        Some(self.triangles[self.slot_of(number)?].corners)
+    }
+
+    fn slot_of(&self, number: u32) -> Option<usize> {
+        let slots = self.slots.get_or_init(|| {
+            let end = self.triangles.iter().map(|triangle| triangle.number + 1).max();
+            let mut slots = vec![NO_SLOT; end.unwrap_or(0) as usize];
+            for (triangle, slot) in self.triangles.iter().zip(0..) {
+                slots[triangle.number as usize] = slot;
+            }
+            slots
+        });
+        let slot = *slots.get(number as usize)?;
+        (slot != NO_SLOT).then_some(slot as usize)
+    }
+
+    /// The numbers of the vertices of all triangles that can be hit, in the order of
+    /// [`corners_of_all`](Self::corners_of_all).
+    pub fn vertices_of_all(&self) -> impl ExactSizeIterator<Item = [u32; 3]> + '_ {
+        self.triangles.iter().map(|triangle| triangle.vertices)
     }
 
     /// The vertices of the triangle that was hit.
@@ -317,12 +361,17 @@ impl TriangleMesh {
         Self {
             triangles: order.map(|slot| self.triangles[slot as usize]).collect(),
             vertices: self.vertices.clone(),
+            slots: OnceLock::new(),
             ..*self
         }
     }
 
     /// Moves vertex `i` to `positions[i]`, and with it the corners of the triangles.
-    pub(super) fn move_vertices(&mut self, positions: &[Vec3]) {
+    ///
+    /// # Panics
+    ///
+    /// As [`MeshBvh::refit`](super::MeshBvh::refit).
+    pub fn move_vertices(&mut self, positions: &[Vec3]) {
         for triangle in &mut self.triangles {
             triangle.corners = triangle.vertices.map(|vertex| positions[vertex as usize]);
         }
@@ -366,6 +415,6 @@ fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<Number
 }
 
 /// The sum of three values, each weighted by a barycentric coordinate.
-fn interpolate<T: Mul<f32, Output = T> + Add<Output = T>>(weights: Vec3, [a, b, c]: [T; 3]) -> T {
+pub(super) fn interpolate<T: Mul<f32, Output = T> + Add<Output = T>>(weights: Vec3, [a, b, c]: [T; 3]) -> T {
     a * weights.x + b * weights.y + c * weights.z
 }

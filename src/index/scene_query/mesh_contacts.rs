@@ -6,7 +6,10 @@ use bevy::ecs::entity::Entity;
 
 use super::SceneQuery;
 use crate::{
-    geometry::triangle_triangle::TriangleContact, index::SceneQuerySettings, mesh::PlacedMesh, spatial::SpatialQueries,
+    geometry::triangle_triangle::TriangleContact,
+    index::{SceneQuerySettings, triangles::Triangles},
+    mesh::PlacedMesh,
+    spatial::SpatialQueries,
 };
 
 /// Two triangles of two entities that touch.
@@ -70,6 +73,10 @@ impl SceneQuery<'_, '_> {
     /// The mesh of an entity in its place.
     fn placed_mesh(&self, entity: Entity) -> Option<PlacedMesh<'_>> {
         let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
-        self.meshes.slot(surface.mesh()?)?.placed(*surface.world_from_local())
+        let mesh = match self.posed(surface) {
+            Some(posed) => Triangles::of_posed(posed),
+            None => self.meshes.slot(surface.mesh()?)?.surface()?,
+        };
+        Some(mesh.placed(*surface.world_from_local()))
     }
 }

@@ -17,8 +17,11 @@ use bevy::{
     },
 };
 
-use super::{MeshBvhs, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, spatial_index::Key};
-use crate::spatial::aabb_tree::Masked;
+use super::{
+    MeshBvhs, PosedMeshes, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, spatial_index::Key,
+    surface::PlacedSurface,
+};
+use crate::{mesh::PosedMesh, spatial::aabb_tree::Masked};
 
 /// Asks what a ray hits and what is where, in world space.
 ///
@@ -39,6 +42,7 @@ use crate::spatial::aabb_tree::Masked;
 pub struct SceneQuery<'w, 's> {
     index: Res<'w, SpatialIndex>,
     meshes: Res<'w, MeshBvhs>,
+    poses: Res<'w, PosedMeshes>,
     /// Every entity that still exists and is not disabled.
     entities: Query<'w, 's, (Option<&'static ViewVisibility>, Has<VisibilityClass>)>,
 }
@@ -52,6 +56,17 @@ impl SceneQuery<'_, '_> {
     /// The meshes that are hit.
     pub fn meshes(&self) -> &MeshBvhs {
         &self.meshes
+    }
+
+    /// The skinned and morphed entities.
+    pub fn poses(&self) -> &PosedMeshes {
+        &self.poses
+    }
+
+    /// The mesh of a surface in its pose, if it is posed.
+    fn posed(&self, surface: &PlacedSurface) -> Option<&PosedMesh> {
+        let slot = self.meshes.slot(surface.mesh()?)?;
+        self.poses.posed(surface.pose?, slot)
     }
 
     /// Whether an entity of the index still exists and is not disabled.

@@ -16,8 +16,9 @@ use crate::{
         HitTriangle, RayHit, SceneQuerySettings,
         spatial_index::Key,
         surface::{PlacedSurface, Shape},
+        triangles::Triangles,
     },
-    mesh::TriangleHit,
+    mesh::{PosedMesh, TriangleHit},
     spatial::{SpatialQueries, Visit},
 };
 
@@ -153,7 +154,10 @@ impl SceneQuery<'_, '_> {
         let hit = match surface.shape {
             Shape::Mesh(mesh, bounded_by) => {
                 let mesh = self.meshes.slot(mesh)?;
-                Hit::Triangle(mesh.closest_hit(surface, bounded_by, ray, backfaces)?)
+                Hit::Triangle(match self.posed(surface) {
+                    Some(posed) => Triangles::of_posed(posed).closest_hit(surface, ray, backfaces, |_| false)?,
+                    None => mesh.closest_hit(surface, bounded_by, ray, backfaces)?,
+                })
             }
             Shape::Analytic(ref shape) => {
                 let local = surface.ray_to_local(ray)?;
@@ -170,14 +174,39 @@ impl SceneQuery<'_, '_> {
     fn is_hit(&self, surface: &PlacedSurface, ray: &Ray, settings: &SceneQuerySettings) -> bool {
         let backfaces = backfaces(surface, settings);
         match surface.shape {
-            Shape::Mesh(mesh, bounded_by) => {
-                (self.meshes.slot(mesh)).is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces))
-            }
+            Shape::Mesh(mesh, bounded_by) => match self.posed(surface) {
+                Some(posed) => Triangles::of_posed(posed).any_hit(surface, ray, backfaces, |_| false),
+                None => (self.meshes.slot(mesh)).is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces)),
+            },
             Shape::Analytic(ref shape) => {
                 let local = surface.ray_to_local(ray);
                 local.is_some_and(|local| shape.surface().any_hit(&local, backfaces))
             }
         }
+    }
+
+    /// Where the corners of a triangle of an entity are, in world space: of the triangle with this number in the mesh that
+    /// rays hit, as [`HitTriangle::index`] has it. A mark that keeps a triangle and barycentrics stays on a mesh that moves.
+    ///
+    /// As of the last `PostUpdate`, posed if the mesh is skinned or morphed. `None` if the entity is not in the index, or
+    /// has no such triangle.
+    pub fn triangle(&self, entity: Entity, triangle: u32) -> Option<[Vec3; 3]> {
+        let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
+        let mesh = self.meshes.triangles(surface.mesh()?)?;
+        let corners = match surface.pose.and_then(|pose| self.poses.get(pose)) {
+            Some(posed) => {
+                let position = |vertex| posed.deformer.position(vertex, &posed.pose);
+                mesh.vertices_of(triangle)?.map(position)
+            }
+            None => mesh.corners_of(triangle)?,
+        };
+        Some(corners.map(|corner| surface.world_from_local().transform_point3(corner)))
+    }
+
+    /// The normal of a mesh in its pose at a hit, in the space of the surface.
+    fn posed_normal(&self, surface: &PlacedSurface, posed: &PosedMesh, hit: &TriangleHit) -> Vec3 {
+        let entity = surface.pose.and_then(|pose| self.poses.get(pose));
+        entity.map_or(Vec3::ZERO, |entity| posed.normal(hit, &entity.deformer, &entity.pose))
     }
 
     /// Puts what is known of a hit into world space.
@@ -188,7 +217,11 @@ impl SceneQuery<'_, '_> {
                 (hit.t, normal, None, Some(hit.uv()))
             }
             Hit::Triangle(hit) => {
-                let mesh = surface.mesh().and_then(|mesh| self.meshes.triangles(mesh))?;
+                let posed = self.posed(surface);
+                let mesh = match posed {
+                    Some(posed) => posed.mesh(),
+                    None => self.meshes.triangles(surface.mesh()?)?,
+                };
                 let place = |vertex| surface.world_from_local().transform_point3(vertex);
                 let vertices @ [a, b, c] = mesh.triangle(hit).map(place);
                 let distance = surface.local_from_world().map_or(hit.t, |local_from_world| {
@@ -196,7 +229,11 @@ impl SceneQuery<'_, '_> {
                         .clamp(ray.t_min(), ray.t_max())
                 });
                 let normal = match surface.local_from_world() {
-                    Some(_) => surface.normal_to_world(mesh.normal(hit).normalize_or_zero()),
+                    Some(_) => {
+                        let normal =
+                            posed.map_or_else(|| mesh.normal(hit), |posed| self.posed_normal(surface, posed, hit));
+                        surface.normal_to_world(normal.normalize_or_zero())
+                    }
                     // A flattened mesh has but the normals of its triangles.
                     None => (b - a).cross(c - a).normalize_or_zero(),
                 };

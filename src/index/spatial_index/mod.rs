@@ -65,6 +65,10 @@ pub enum Refusal {
     /// Its `Aabb` has a NaN, infinite or negative extent.
     #[error("its Aabb is NaN, infinite or of negative size")]
     Bounds,
+    /// A joint of its skin or a morph weight is NaN or infinite, or vertices of its mesh have joint weights or morph targets
+    /// that are missing, NaN or infinite.
+    #[error("its joints, its morph weights, or the vertices of its mesh that they pose are NaN, infinite or missing")]
+    Pose,
     /// Its `PickShape` is empty or has no end.
     #[error(
         "its PickShape is empty, has no end, or bounds that are NaN or infinite; a large Plane3d can stand for a plane"
@@ -85,6 +89,8 @@ struct Tenant {
     /// The box whose image is the world box.
     local: Aabb3d,
     has_surface: bool,
+    /// It goes where its [pose](super::PosedMeshes) goes.
+    is_posed: bool,
 }
 
 /// What a query filters an entity by.
@@ -204,6 +210,9 @@ impl SpatialIndex {
             return false;
         };
         let tenant = &self.tenants[slot as usize];
+        if tenant.is_posed {
+            return world_from_local.is_finite();
+        }
         let world = tenant.local.transformed_by_affine(&world_from_local);
         let is_sound = world.is_sound();
         if is_sound {
@@ -213,6 +222,28 @@ impl SpatialIndex {
             }
         }
         is_sound
+    }
+
+    /// The same of an entity that is posed, with its world box, which is sound.
+    pub(super) fn note_pose(
+        &self,
+        entity: Entity,
+        world: Aabb3d,
+        world_from_local: Affine3A,
+        moves: &mut Moves,
+    ) -> bool {
+        let Some(slot) = self.slot(entity) else {
+            return false;
+        };
+        moves.push(&self.tenants[slot as usize], world);
+        moves.surfaces.push((slot, world_from_local));
+        true
+    }
+}
+
+impl Contents {
+    fn is_posed(&self) -> bool {
+        self.surface.as_ref().is_some_and(|surface| surface.pose.is_some())
     }
 }
 

@@ -43,6 +43,7 @@ impl SpatialIndex {
                 in_grid,
                 local: contents.local,
                 has_surface: contents.surface.is_some(),
+                is_posed: contents.is_posed(),
             };
             put(&mut self.tenants, slot, tenant);
             put(&mut self.entries, slot, contents.entry);
@@ -65,6 +66,7 @@ impl SpatialIndex {
         let slot = self.slot(entity).expect("an entity in the index") as usize;
         let tenant = &mut self.tenants[slot];
         (tenant.local, tenant.has_surface) = (contents.local, contents.surface.is_some());
+        tenant.is_posed = contents.is_posed();
         moves.push(tenant, contents.world);
         let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
         if self.tree.mask(tenant.leaf) != Some(mask) {

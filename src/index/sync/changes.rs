@@ -15,7 +15,7 @@ use bevy::{
         query::{Added, Changed, Or, With},
         system::{Query, SystemParam},
     },
-    mesh::{Mesh2d, Mesh3d},
+    mesh::{Mesh2d, Mesh3d, morph::MeshMorphWeights, skinning::SkinnedMesh},
     tasks::{ComputeTaskPool, TaskPool},
     transform::components::GlobalTransform,
 };
@@ -83,16 +83,18 @@ pub(in crate::index) struct Changes<'w, 's> {
 
 /// What was found in a part of the world.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(in crate::index) struct Found {
     /// What has moved and has not changed otherwise.
     pub moves: Moves,
     /// Everything else that has changed.
     pub dirty: Vec<Entity>,
+    /// How many poses have changed.
+    pub posed: usize,
 }
 
 impl Changes<'_, '_> {
     /// Finds everything that has changed. `parts` are buffers, of which as many are filled as there are tasks.
-    pub(super) fn find(&self, index: &SpatialIndex, parts: &mut Vec<Found>) {
+    pub fn find(&self, index: &SpatialIndex, parts: &mut Vec<Found>) {
         if parts.is_empty() {
             parts.push(Found::default());
         }
@@ -247,6 +249,8 @@ pub(in crate::index) struct Removed<'w, 's> {
     visibility: RemovedComponents<'w, 's, InheritedVisibility>,
     layers: RemovedComponents<'w, 's, RenderLayers>,
     backfaces: RemovedComponents<'w, 's, RayCastBackfaces>,
+    skin: RemovedComponents<'w, 's, SkinnedMesh>,
+    morph_weights: RemovedComponents<'w, 's, MeshMorphWeights>,
     no_spatial_index: RemovedComponents<'w, 's, NoSpatialIndex>,
     disabled: RemovedComponents<'w, 's, Disabled>,
     newly_disabled: Query<'w, 's, Entity, (With<Disabled>, Added<Disabled>)>,
@@ -265,6 +269,8 @@ impl Removed<'_, '_> {
             .chain(self.visibility.read())
             .chain(self.layers.read())
             .chain(self.backfaces.read())
+            .chain(self.skin.read())
+            .chain(self.morph_weights.read())
             .chain(self.no_spatial_index.read())
             .chain(self.disabled.read())
             .chain(&self.newly_disabled)

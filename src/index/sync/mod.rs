@@ -25,11 +25,13 @@ use bevy::{
 };
 
 use super::{
-    MeshBvhs, SpatialIndex, SpatialIndexSettings, SyncStats,
+    MeshBvhs, PosedMeshes, SpatialIndex, SpatialIndexSettings, SyncStats,
+    pose::PoseInputs,
     spatial_index::{Contents, Moves},
 };
 use crate::spatial::{SpatialQueries, UniformGrid, aabb_tree::Rebuilt};
-use changes::{Changes, Found, Removed};
+pub(super) use changes::Found;
+use changes::{Changes, Removed};
 use reconcile::{BoundedByMesh, Indexed, Reconciler};
 use tracing::warn;
 
@@ -80,6 +82,8 @@ pub(super) fn follow_entities(
     settings: Res<SpatialIndexSettings>,
     assets: Option<Res<Assets<Mesh>>>,
     mut meshes: ResMut<MeshBvhs>,
+    mut poses: ResMut<PosedMeshes>,
+    mut inputs: PoseInputs,
     mut index: ResMut<SpatialIndex>,
     mut stats: ResMut<SyncStats>,
     mut memory: Local<Memory>,
@@ -102,13 +106,20 @@ pub(super) fn follow_entities(
             );
         }
     }
+    inputs.read_events();
     changes.find(&index, parts);
+    let changed_alone: usize = parts.iter().map(|found| found.dirty.len()).sum();
+    let posing = Instant::now();
+    poses.follow(&inputs, &index, &meshes, settings.posed_meshes_kept, parts);
+    let posing = posing.elapsed();
+    let mut posed = 0;
     for found in parts {
         moves.append(&mut found.moves);
         dirty.append(&mut found.dirty);
+        posed += std::mem::take(&mut found.posed);
     }
-    let changed_alone = dirty.len();
     dirty.extend(removed.read());
+    dirty.extend(inputs.newly_posed());
     if meshes.has_changed() {
         dirty.extend(meshes.drain_changed().flat_map(|mesh| bounded_by_mesh.of(mesh)));
     }
@@ -120,6 +131,8 @@ pub(super) fn follow_entities(
     *stats = SyncStats {
         moved: moves.len(),
         reconciled: dirty.len(),
+        posed,
+        posing,
         find: start.elapsed(),
         ..SyncStats::default()
     };
@@ -129,6 +142,8 @@ pub(super) fn follow_entities(
         let mut reconciler = Reconciler {
             assets: assets.as_deref(),
             meshes: &mut meshes,
+            poses: &mut poses,
+            inputs: &inputs,
             index: &mut index,
             bounded_by_mesh,
             moves,

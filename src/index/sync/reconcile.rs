@@ -12,7 +12,7 @@ use bevy::{
         query::{Has, QueryData},
     },
     math::bounding::Aabb3d,
-    mesh::{Mesh, Mesh2d, Mesh3d},
+    mesh::{Mesh, Mesh2d, Mesh3d, morph::MeshMorphWeights, skinning::SkinnedMesh},
     platform::collections::HashMap,
     transform::components::GlobalTransform,
 };
@@ -25,7 +25,9 @@ use crate::{
         volume::Volume,
     },
     index::{
-        BoundedBy, MeshBvhs, NoSpatialIndex, PickShape, RayCastBackfaces, Refusal, SimplifiedMesh, SpatialIndex,
+        BoundedBy, MeshBvhs, NoSpatialIndex, PickShape, PosedMeshes, RayCastBackfaces, Refusal, SimplifiedMesh,
+        SpatialIndex,
+        pose::{PoseId, PoseInputs},
         spatial_index::{Contents, Entry, Moves},
         surface::{PlacedSurface, Shape},
     },
@@ -45,10 +47,12 @@ pub(in crate::index) struct Indexed {
     visibility: Option<&'static InheritedVisibility>,
     layers: Option<&'static RenderLayers>,
     has_backfaces: Has<RayCastBackfaces>,
+    has_skin: Has<SkinnedMesh>,
+    has_morph_weights: Has<MeshMorphWeights>,
     is_left_out: Has<NoSpatialIndex>,
 }
 
-/// The entities whose box comes from a mesh asset rather than from an `Aabb`, or would if it were loaded.
+/// The entities whose box comes from a mesh asset rather than from an `Aabb`, alone or posed, or would if it were loaded.
 #[derive(Default)]
 pub(super) struct BoundedByMesh {
     entities: HashMap<AssetId<Mesh>, EntityHashSet>,
@@ -85,6 +89,8 @@ impl BoundedByMesh {
 pub(super) struct Reconciler<'a> {
     pub assets: Option<&'a Assets<Mesh>>,
     pub meshes: &'a mut MeshBvhs,
+    pub poses: &'a mut PosedMeshes,
+    pub inputs: &'a PoseInputs<'a, 'a>,
     pub index: &'a mut SpatialIndex,
     pub bounded_by_mesh: &'a mut BoundedByMesh,
     /// Boxes to be stored together.
@@ -110,7 +116,13 @@ impl Reconciler<'_> {
             self.meshes.bound_by(mesh, kind);
         }
 
-        let state = item.as_ref().map_or(Ok(None), |item| self.state(entity, item, shape));
+        let pose = item.as_ref().and_then(|item| self.pose(entity, item, shape.as_ref()));
+        if pose.is_none() {
+            self.poses.remove(entity);
+        }
+        let state = item
+            .as_ref()
+            .map_or(Ok(None), |item| self.state(entity, item, shape, pose));
         let refusal = state.as_ref().err().copied();
         if self.index.set_refused(entity, refusal)
             && let (Some(why), Some(item)) = (refusal, &item)
@@ -150,7 +162,13 @@ impl Reconciler<'_> {
     }
 
     /// What the index should hold for an entity: `None` if the entity has no bounds, or none yet.
-    fn state(&mut self, entity: Entity, item: &IndexedItem, shape: Option<Shape>) -> Result<Option<Contents>, Refusal> {
+    fn state(
+        &mut self,
+        entity: Entity,
+        item: &IndexedItem,
+        shape: Option<Shape>,
+        pose: Option<PoseId>,
+    ) -> Result<Option<Contents>, Refusal> {
         if item.aabb.is_none() && shape.is_none() {
             return Ok(None);
         }
@@ -158,13 +176,22 @@ impl Reconciler<'_> {
         if !world_from_local.is_finite() {
             return Err(Refusal::Transform);
         }
-        let Some(local) = self.local_bounds(entity, item, shape.as_ref())? else {
-            return Ok(None);
+        let (local, world, world_from_local) = match pose.and_then(|pose| self.poses.get(pose)) {
+            Some(posed) => {
+                let world = posed.world_aabb(&world_from_local)?;
+                (world, world, posed.world_from_posed(world_from_local))
+            }
+            None => {
+                let Some(local) = self.local_bounds(entity, item, shape.as_ref())? else {
+                    return Ok(None);
+                };
+                let world = local.transformed_by_affine(&world_from_local);
+                if !world.is_sound() {
+                    return Err(Refusal::WorldBounds);
+                }
+                (local, world, world_from_local)
+            }
         };
-        let world = local.transformed_by_affine(&world_from_local);
-        if !world.is_sound() {
-            return Err(Refusal::WorldBounds);
-        }
         let backfaces = if item.has_backfaces || item.mesh_2d.is_some() {
             Backfaces::Include
         } else {
@@ -173,12 +200,29 @@ impl Reconciler<'_> {
         Ok(Some(Contents {
             local,
             world,
-            surface: shape.map(|shape| PlacedSurface::new(shape, backfaces, world_from_local)),
+            surface: shape.map(|shape| {
+                let mut surface = PlacedSurface::new(shape, backfaces, world_from_local);
+                surface.pose = pose;
+                surface
+            }),
             entry: Entry {
                 layers: item.layers.cloned().unwrap_or_default(),
                 visible: item.visibility.is_none_or(|visibility| visibility.get()),
             },
         }))
+    }
+
+    /// How an entity is posed, if what rays hit is a mesh that it poses.
+    fn pose(&mut self, entity: Entity, item: &IndexedItem, shape: Option<&Shape>) -> Option<PoseId> {
+        if !item.has_skin && !item.has_morph_weights {
+            return None;
+        }
+        let mesh = shape.and_then(Shape::mesh)?;
+        // It may be posed as soon as it is loaded.
+        self.bounded_by_mesh.insert(entity, mesh);
+        let is_drawn_posed = item.mesh_3d.is_some() || item.simplified_mesh.is_some();
+        let deformer = self.meshes.slot(mesh)?.deformer().filter(|_| is_drawn_posed)?;
+        self.poses.adopt(entity, mesh, deformer, self.inputs)
     }
 
     /// The local box of an entity: its `Aabb`, with the box of a simplified mesh or a `PickShape`, which may stick out;

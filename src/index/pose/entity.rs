@@ -1,0 +1,144 @@
+//! One posed entity: its pose as of the last frame, and its mesh in that pose, once it is asked for.
+
+use std::sync::{
+    Arc, Mutex, OnceLock,
+    atomic::{AtomicBool, Ordering},
+};
+
+use bevy::{
+    asset::AssetId,
+    ecs::entity::Entity,
+    math::{Affine3A, bounding::Aabb3d},
+    mesh::Mesh,
+};
+
+use super::{PoseInputs, stats::PosingCounters};
+use crate::{
+    geometry::{aabb::Aabb3dExt, volume::Volume},
+    index::{MeshStatus, Refusal, mesh_slot::MeshSlot, triangles::Triangles},
+    mesh::{MeshDeformer, Pose, PosedMesh},
+};
+
+/// One posed entity.
+#[derive(Debug)]
+pub(in crate::index) struct PosedEntity {
+    pub entity: Entity,
+    pub mesh: AssetId<Mesh>,
+    pub deformer: Arc<MeshDeformer>,
+    pub pose: Pose,
+    /// The box around the mesh in its pose: in the world if it is skinned, in the space of the entity otherwise.
+    bounds: Result<Aabb3d, Refusal>,
+    /// The mesh in its pose, since the first ray that came near.
+    posed: OnceLock<PosedMesh>,
+    /// The mesh in an earlier pose, for its memory.
+    spare: Mutex<Option<PosedMesh>>,
+    /// Whether the mesh was asked for since the last frame.
+    is_asked: AtomicBool,
+    /// For how many frames it was not.
+    idle: u32,
+}
+
+impl PosedEntity {
+    pub fn new(entity: Entity, mesh: AssetId<Mesh>, deformer: Arc<MeshDeformer>) -> Self {
+        Self {
+            entity,
+            mesh,
+            deformer,
+            pose: Pose::default(),
+            bounds: Err(Refusal::Pose),
+            posed: OnceLock::new(),
+            spare: Mutex::new(None),
+            is_asked: AtomicBool::new(false),
+            idle: 0,
+        }
+    }
+
+    /// Whether its triangles are in the world, wherever the entity itself is.
+    pub fn is_skinned(&self) -> bool {
+        !self.pose.joints.is_empty()
+    }
+
+    /// Where its triangles are placed, for a place of the entity.
+    pub fn world_from_posed(&self, place: Affine3A) -> Affine3A {
+        if self.is_skinned() { Affine3A::IDENTITY } else { place }
+    }
+
+    /// Brings the pose up to date, and returns whether it has changed.
+    pub fn follow(&mut self, inputs: &PoseInputs) -> bool {
+        let changed = inputs.follow(self.entity, &self.deformer, &mut self.pose);
+        if changed {
+            self.bounds = self.bounds_now();
+            self.retire();
+        }
+        changed
+    }
+
+    fn bounds_now(&self) -> Result<Aabb3d, Refusal> {
+        let aabb = self.deformer.aabb(&self.pose).filter(|_| self.pose.is_finite());
+        let aabb = aabb.ok_or(Refusal::Pose)?;
+        aabb.is_sound().then_some(aabb).ok_or(Refusal::WorldBounds)
+    }
+
+    /// The world box, for a place of the entity.
+    pub fn world_aabb(&self, place: &Affine3A) -> Result<Aabb3d, Refusal> {
+        let bounds = self.bounds?;
+        let world = if self.is_skinned() {
+            bounds
+        } else {
+            bounds.transformed_by_affine(place)
+        };
+        world.is_sound().then_some(world).ok_or(Refusal::WorldBounds)
+    }
+
+    /// Gives up the posed mesh, but not its memory.
+    fn retire(&mut self) {
+        if let Some(posed) = self.posed.take() {
+            *self.spare_mut() = Some(posed);
+        }
+    }
+
+    /// Frees what was not asked for in so many frames, and what has no hierarchy although there is one now.
+    pub fn tidy(&mut self, kept: u32, status: Option<MeshStatus>) {
+        let is_asked = std::mem::take(self.is_asked.get_mut());
+        let copy = self.posed.get();
+        if copy.is_none() && self.spare_mut().is_none() {
+            return;
+        }
+        self.idle = if is_asked { 0 } else { self.idle.saturating_add(1) };
+        let copy = self.posed.get_mut().or(match self.spare.get_mut() {
+            Ok(spare) => spare.as_mut(),
+            Err(poisoned) => poisoned.into_inner().as_mut(),
+        });
+        let is_outdated = status == Some(MeshStatus::Ready) && copy.is_some_and(|copy| copy.bvh().is_none());
+        if is_outdated || self.idle > kept {
+            self.posed.take();
+            *self.spare_mut() = None;
+        }
+    }
+
+    fn spare_mut(&mut self) -> &mut Option<PosedMesh> {
+        self.spare.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// The mesh in its pose, which is posed by the first who asks; others wait for it. `None` if it is not loaded.
+    pub fn posed(&self, slot: &MeshSlot, counters: &PosingCounters) -> Option<&PosedMesh> {
+        if !self.is_asked.load(Ordering::Relaxed) {
+            self.is_asked.store(true, Ordering::Relaxed);
+        }
+        if let Some(posed) = self.posed.get() {
+            return Some(posed);
+        }
+        let surface = slot.surface()?;
+        Some(self.posed.get_or_init(|| {
+            counters.count(self.deformer.vertex_count(), || {
+                let spare = self.spare.lock().ok().and_then(|mut spare| spare.take());
+                let mut posed = spare.unwrap_or_else(|| match surface {
+                    Triangles::Listed(mesh) => PosedMesh::of_triangles(mesh),
+                    Triangles::Hierarchy(bvh) => PosedMesh::of_bvh(bvh),
+                });
+                posed.pose(&self.deformer, &self.pose);
+                posed
+            })
+        }))
+    }
+}
