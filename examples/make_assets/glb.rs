@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::math::Vec3;
+use crate::morph::Morph;
 use crate::rig::{Clip, Influences, Joint, Pose, Rig};
 use crate::shape::{Bounds, Corner, Shape};
 
@@ -26,7 +27,7 @@ pub fn encode(shapes: &[(String, Shape)]) -> Vec<u8> {
     let meshes = list(
         shapes
             .iter()
-            .map(|(name, shape)| chunk.mesh(name, &[(shape, &|_| RIGID)])),
+            .map(|(name, shape)| chunk.mesh(name, &[(shape, &|_| RIGID)], &[])),
     );
     let nodes = list(
         shapes
@@ -59,7 +60,7 @@ pub fn encode_rig(name: &str, rig: &Rig) -> Vec<u8> {
     let parts: Vec<Part> = (rig.skin.iter().zip(&follow))
         .map(|(part, follow)| (&part.shape, follow as &dyn Fn(Vec3) -> Influences))
         .collect();
-    let mesh = chunk.mesh(name, &parts);
+    let mesh = chunk.mesh(name, &parts, &[]);
     let skin = chunk.skin(name, &rig.joints);
     let animations = list(rig.clips.iter().map(|clip| chunk.animation(clip)));
     let count = rig.joints.len();
@@ -75,6 +76,31 @@ pub fn encode_rig(name: &str, rig: &Rig) -> Vec<u8> {
 "animations":{animations}"#,
         count + 1,
         list(nodes),
+    );
+    chunk.into_file(&content)
+}
+
+/// A file with one mesh that has morph targets, and an animation of their weights.
+pub fn encode_morph(name: &str, morph: &Morph) -> Vec<u8> {
+    let mut chunk = Chunk::default();
+    let targets: Vec<&Shape> = morph.targets.iter().map(|(_, target)| target).collect();
+    let mesh = chunk.mesh(name, &[(&morph.base, &|_| RIGID)], &targets);
+    let names = list(morph.targets.iter().map(|(name, _)| format!(r#""{name}""#)));
+    let none = list(targets.iter().map(|_| "0".into()));
+
+    let clip = &morph.clip;
+    let count = clip.weights.len();
+    let times = chunk.times(clip.seconds, count);
+    let weights = clip.weights.iter().flatten().copied();
+    let output = chunk.floats(weights, count * targets.len(), r#""SCALAR""#);
+    let content = format!(
+        r#""scenes":[{{"name":"{name}","nodes":[0]}}],
+"nodes":[{{"name":"{name}","mesh":0}}],
+"meshes":[{{"extras":{{"targetNames":{names}}},"weights":{none},{}],
+"animations":[{{"name":"{}","samplers":[{{"input":{times},"output":{output}}}],
+    "channels":[{{"sampler":0,"target":{{"node":0,"path":"weights"}}}}]}}]"#,
+        &mesh[1..],
+        clip.name
     );
     chunk.into_file(&content)
 }
@@ -156,8 +182,13 @@ impl Chunk {
         file
     }
 
-    fn mesh(&mut self, name: &str, parts: &[Part]) -> String {
-        let (vertices, indices) = weld(parts);
+    /// A mesh of parts; its morph targets have the same triangles as the first of them.
+    fn mesh(&mut self, name: &str, parts: &[Part], targets: &[&Shape]) -> String {
+        let Welded {
+            vertices,
+            corners,
+            indices,
+        } = weld(parts);
         let words = |get: fn(&Vertex) -> &[u32]| vertices.iter().flat_map(get).flat_map(|f| f.to_le_bytes()).collect();
         let bytes = |get: fn(&Vertex) -> [u8; 4]| vertices.iter().flat_map(get).collect();
         let count = vertices.len();
@@ -188,6 +219,17 @@ impl Chunk {
             attributes += &format!(r#","JOINTS_0":{joints},"WEIGHTS_0":{weights}"#);
         }
 
+        let base = parts[0].0;
+        let targets: Vec<_> = targets
+            .iter()
+            .map(|target| self.target(base, target, &corners))
+            .collect();
+        let targets = if targets.is_empty() {
+            String::new()
+        } else {
+            format!(r#","targets":{}"#, list(targets))
+        };
+
         let short: Result<Vec<u16>, _> = indices.iter().map(|&i| u16::try_from(i)).collect();
         let (content, kind): (Vec<u8>, _) = match short {
             Ok(short) if count <= usize::from(u16::MAX) => {
@@ -199,9 +241,28 @@ impl Chunk {
         format!(
             r#"{{"name":"{name}","primitives":[{{
     "attributes":{{{attributes}}},
-    "indices":{index},"material":0
+    "indices":{index},"material":0{targets}
 }}]}}"#
         )
+    }
+
+    /// What a morph target adds to each vertex.
+    fn target(&mut self, base: &Shape, target: &Shape, corners: &[usize]) -> String {
+        let corner = |shape: &Shape, number: usize| shape.triangles[number / 3][number % 3];
+        let moved: Vec<(Vec3, Vec3)> = corners
+            .iter()
+            .map(|&number| (corner(base, number), corner(target, number)))
+            .map(|(from, to)| (to.position - from.position, to.normal - from.normal))
+            .collect();
+        let far = moved[0].0;
+        let (min, max) = moved
+            .iter()
+            .fold((far, far), |(min, max), (way, _)| (min.min(*way), max.max(*way)));
+        let range = format!(r#""VEC3","min":{},"max":{}"#, numbers(min), numbers(max));
+        let count = moved.len();
+        let position = self.floats(moved.iter().flat_map(|(way, _)| way.to_array()), count, &range);
+        let normal = self.floats(moved.iter().flat_map(|(_, turn)| turn.to_array()), count, r#""VEC3""#);
+        format!(r#"{{"POSITION":{position},"NORMAL":{normal}}}"#)
     }
 
     /// The joints are the first nodes of the file.
@@ -218,9 +279,7 @@ impl Chunk {
     /// Turns every joint, and moves the first.
     fn animation(&mut self, clip: &Clip) -> String {
         let count = clip.poses.len();
-        let times = (0..count).map(|i| clip.seconds * i as f32 / (count - 1) as f32);
-        let range = format!(r#""SCALAR","min":[0],"max":[{}]"#, clip.seconds);
-        let times = self.floats(times, count, &range);
+        let times = self.times(clip.seconds, count);
         let roots = clip.poses.iter().flat_map(|pose| pose.root.to_array());
         let mut outputs = vec![(0, "translation", self.floats(roots, count, r#""VEC3""#))];
         for joint in 0..clip.poses[0].turns.len() {
@@ -247,6 +306,12 @@ impl Chunk {
             r#"{{"name":"{}","samplers":{samplers},"channels":{channels}}}"#,
             clip.name
         )
+    }
+
+    /// Equal times from zero.
+    fn times(&mut self, seconds: f32, count: usize) -> usize {
+        let times = (0..count).map(|i| seconds * i as f32 / (count - 1) as f32);
+        self.floats(times, count, &format!(r#""SCALAR","min":[0],"max":[{seconds}]"#))
     }
 
     fn floats(&mut self, numbers: impl Iterator<Item = f32>, count: usize, more: &str) -> usize {
@@ -281,11 +346,18 @@ struct Vertex {
     influences: Influences,
 }
 
-/// Makes corners that are alike one vertex.
-fn weld(parts: &[Part]) -> (Vec<Vertex>, Vec<u32>) {
-    let mut vertices = Vec::new();
+/// A mesh in which corners that are alike are one vertex.
+#[derive(Default)]
+struct Welded {
+    vertices: Vec<Vertex>,
+    /// The first corner that is each vertex, counted through all triangles.
+    corners: Vec<usize>,
+    indices: Vec<u32>,
+}
+
+fn weld(parts: &[Part]) -> Welded {
+    let mut welded = Welded::default();
     let mut known = BTreeMap::new();
-    let mut indices = Vec::new();
     for (shape, influences) in parts {
         for triangle in &shape.triangles {
             let [a, b, c] = triangle.map(|corner| corner.position);
@@ -293,14 +365,15 @@ fn weld(parts: &[Part]) -> (Vec<Vertex>, Vec<u32>) {
             for corner in triangle {
                 let vertex = vertex(corner, facing, influences(corner.position));
                 let index = *known.entry(vertex).or_insert_with(|| {
-                    vertices.push(vertex);
-                    vertices.len() as u32 - 1
+                    welded.vertices.push(vertex);
+                    welded.corners.push(welded.indices.len());
+                    welded.vertices.len() as u32 - 1
                 });
-                indices.push(index);
+                welded.indices.push(index);
             }
         }
     }
-    (vertices, indices)
+    welded
 }
 
 /// Texture coordinates are metres on the side of a box that the triangle faces most.

@@ -12,6 +12,8 @@
 //! and `<name>_lod2`, each a mesh, a node and a scene of its own; the proxies fill the same bounds as the model with
 //! fewer triangles. Colours are vertex colours, so one white material serves everything.
 //!
+//! `fox.glb` has a skeleton and two animations, `jelly.glb` morph targets and one; they come at one level.
+//!
 //! `shape.rs` has the building blocks, `glb.rs` the file format, and the other modules the models. All stand on y = 0,
 //! in metres, and face +z.
 
@@ -21,7 +23,9 @@ mod fox;
 mod fox_motion;
 mod glb;
 mod houses;
+mod jelly;
 mod math;
+mod morph;
 mod nature;
 mod outline;
 mod rig;
@@ -108,6 +112,11 @@ fn main() -> std::io::Result<()> {
     std::fs::write(folder.join("fox.glb"), &bytes)?;
     let triangles: usize = rig.skin.iter().map(|part| part.shape.triangles.len()).sum();
     println!("{:22}{:>9}{triangles:>10}", "fox.glb", bytes.len());
+    let morph = jelly::morph();
+    let bytes = glb::encode_morph("jelly", &morph);
+    std::fs::write(folder.join("jelly.glb"), &bytes)?;
+    let triangles = morph.base.triangles.len();
+    println!("{:22}{:>9}{triangles:>10}", "jelly.glb", bytes.len());
     Ok(())
 }
 

@@ -240,6 +240,14 @@ impl Shape {
         self
     }
 
+    /// Moves every corner; the shading stays as it is.
+    pub fn moved(mut self, to: impl Fn(Vec3) -> Vec3) -> Self {
+        for corner in self.triangles.iter_mut().flatten() {
+            corner.position = to(corner.position);
+        }
+        self
+    }
+
     /// Turns about the x axis, from +y towards +z.
     pub fn turned_x(self, turns: f32) -> Self {
         let (cos, sin) = cos_sin(turns);

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{
     marks::{self, Mark},
-    meadow::{Model, SKY, TO_SUN, Unfitted},
+    meadow::{SKY, TO_SUN, Unfitted},
     options::Options,
     pointer,
     ray_cast_picture::{Daylight, Painter, Picture},
@@ -210,7 +210,7 @@ fn check(
         findings.disagreements += usize::from(!same);
     }
     for mark in &marks {
-        let corners = marks::corners(&reference, mark.entity, mark.triangle);
+        let corners = scene.triangle(mark.entity, mark.triangle);
         let truth = posed.iter().find(|(skin, _)| *skin == mark.entity);
         let (Some(corners), Some((_, triangles))) = (corners, truth) else {
             findings.worst_mark = f64::INFINITY;
@@ -230,13 +230,13 @@ fn draw(
     painter: Painter,
     camera: Single<(&Camera, &GlobalTransform)>,
     marks: Query<&Mark>,
-    reference: Reference,
+    scene: SceneQuery,
 ) -> Result<f64, Box<dyn Error + Send + Sync>> {
     let start = Instant::now();
     let mut picture = Picture::ray_cast(SIZE, *camera, |ray| painter.shade(ray, &DAYLIGHT));
     let ms = start.elapsed().as_secs_f64() * 1e3;
     for mark in &marks {
-        let Some(corners) = marks::corners(&reference, mark.entity, mark.triangle) else {
+        let Some(corners) = scene.triangle(mark.entity, mark.triangle) else {
             continue;
         };
         let (place, normal) = mark.place(corners);

@@ -7,7 +7,7 @@ use bevy::{
 };
 use bevy_sightline::prelude::*;
 
-use crate::{meadow::Model, panel::panel, reference::Reference};
+use crate::{meadow::Model, panel::panel};
 
 const COLORS: [Srgba; 5] = [SKY_500, FUCHSIA_500, LIME_400, AMBER_300, ROSE_500];
 /// The height of a pin over the skin, in metres.
@@ -89,21 +89,9 @@ fn put_mark(
     ));
 }
 
-/// The corners of a triangle of an entity as posed now, in world space.
-pub fn corners(reference: &Reference, entity: Entity, triangle: u32) -> Option<[Vec3; 3]> {
-    let triangles = reference.triangles(entity)?;
-    triangles
-        .get(triangle as usize)
-        .map(|corners| corners.map(|corner| corner.as_vec3()))
-}
-
-fn move_marks(reference: Reference, mut marks: Query<(&Mark, &mut GlobalTransform)>, mut gizmos: Gizmos) {
-    let mut places = Vec::new();
-    for (mark, _) in &marks {
-        places.push(corners(&reference, mark.entity, mark.triangle));
-    }
-    for ((mark, mut transform), corners) in marks.iter_mut().zip(places) {
-        let Some(corners) = corners else {
+fn move_marks(scene: SceneQuery, mut marks: Query<(&Mark, &mut GlobalTransform)>, mut gizmos: Gizmos) {
+    for (mark, mut transform) in &mut marks {
+        let Some(corners) = scene.triangle(mark.entity, mark.triangle) else {
             continue;
         };
         let (place, normal) = mark.place(corners);
@@ -115,20 +103,14 @@ fn move_marks(reference: Reference, mut marks: Query<(&Mark, &mut GlobalTransfor
 }
 
 /// Draws the bounds of the fox under the mouse, and the triangle that the mouse is on.
-fn outline_hovered(
-    pointers: Query<&PointerInteraction>,
-    index: Res<SpatialIndex>,
-    foxes: Foxes,
-    reference: Reference,
-    mut gizmos: Gizmos,
-) {
+fn outline_hovered(pointers: Query<&PointerInteraction>, scene: SceneQuery, foxes: Foxes, mut gizmos: Gizmos) {
     for hit in hovered(&pointers).filter(|hit| foxes.name(hit.entity).is_some()) {
-        if let Some(bounds) = index.aabb(hit.entity) {
+        if let Some(bounds) = scene.index().aabb(hit.entity) {
             gizmos.aabb_3d(bounds, Transform::IDENTITY, Color::WHITE);
         }
         let triangle = hit
             .triangle
-            .and_then(|triangle| corners(&reference, hit.entity, triangle.index));
+            .and_then(|triangle| scene.triangle(hit.entity, triangle.index));
         if let Some(corners) = triangle {
             let lift = hit.normal * 0.003;
             gizmos.lineloop(corners.map(|corner| corner + lift), YELLOW_300);

@@ -61,7 +61,9 @@ impl Reference<'_, '_> {
 
         let weights = match morph {
             Some(MeshMorphWeights::Value { weights }) => weights.as_slice(),
-            Some(MeshMorphWeights::Reference(holder)) => self.weights.get(*holder).map_or(&[], MorphWeights::weights),
+            Some(MeshMorphWeights::Reference(holder)) => {
+                self.weights.get(*holder).map_or(&[][..], MorphWeights::weights)
+            }
             None => &[],
         };
         let targets = mesh.get_morph_targets().unwrap_or_default();
