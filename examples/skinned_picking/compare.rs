@@ -35,6 +35,8 @@ const BACKGROUND: [u8; 3] = [255, 0, 255];
 struct Progress {
     clip: usize,
     time: usize,
+    /// Whether the animations are held at that time, and for how many frames they have been.
+    held: bool,
     frames: u32,
     waiting: bool,
     worst: f64,
@@ -81,16 +83,18 @@ fn whiten(
 /// Holds the animations where the comparison is.
 fn hold(
     mut commands: Commands,
-    progress: Res<Progress>,
+    mut progress: ResMut<Progress>,
+    unfitted: Query<(), With<Unfitted>>,
     file: Res<ModelFile>,
     files: Res<Assets<Gltf>>,
     clips: Res<Assets<AnimationClip>>,
     mut graphs: ResMut<Assets<AnimationGraph>>,
     mut players: Query<(Entity, &mut AnimationPlayer)>,
 ) {
-    let Some(gltf) = files.get(&file.0).filter(|_| progress.frames == 0) else {
+    let Some(gltf) = files.get(&file.0).filter(|_| !progress.held && unfitted.is_empty()) else {
         return;
     };
+    progress.held = true;
     for (entity, mut player) in &mut players {
         let Some(clip) = gltf.animations.get(progress.clip) else {
             continue;
@@ -132,11 +136,10 @@ fn look(
 fn capture(
     mut commands: Commands,
     mut progress: ResMut<Progress>,
-    unfitted: Query<(), With<Unfitted>>,
     scene: SceneQuery,
     mut exit: MessageWriter<AppExit>,
 ) {
-    if progress.waiting || !unfitted.is_empty() || scene.meshes().building() > 0 {
+    if progress.waiting || !progress.held || scene.meshes().building() > 0 {
         return;
     }
     progress.frames += 1;
@@ -196,6 +199,7 @@ fn compare(
         100.0 * share,
     );
 
+    progress.held = false;
     progress.frames = 0;
     progress.time += 1;
     if progress.time == TIMES {

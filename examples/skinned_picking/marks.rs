@@ -66,7 +66,9 @@ fn put_mark(
     else {
         return;
     };
-    let Some(triangle) = hit.triangle.filter(|_| click.button == PointerButton::Primary) else {
+    // The event goes on to the parents of what was clicked.
+    let is_meant = click.entity == hit.entity && click.button == PointerButton::Primary;
+    let Some(triangle) = hit.triangle.filter(|_| is_meant) else {
         return;
     };
     let color = COLORS[marks.iter().len() % COLORS.len()];

@@ -3,7 +3,11 @@
 use std::f32::consts::TAU;
 
 use bevy::{
-    camera_controller::free_camera::FreeCamera, gltf::GltfAssetLabel, light::GlobalAmbientLight, prelude::*,
+    camera_controller::free_camera::FreeCamera,
+    gltf::GltfAssetLabel,
+    light::{CascadeShadowConfigBuilder, GlobalAmbientLight},
+    mesh::ConeAnchor,
+    prelude::*,
     world_serialization::WorldAssetRoot,
 };
 use rand::{Rng, SeedableRng};
@@ -74,13 +78,14 @@ fn spawn_foxes(mut commands: Commands, options: Res<Options>, assets: Res<AssetS
             commands.spawn((
                 name,
                 Transform::from_rotation(Quat::from_rotation_y(0.5)),
+                Visibility::default(),
                 children![watcher],
             ));
             continue;
         }
         let circle = ((number - 1) / 2) as f32;
         let runner = Runner {
-            radius: 1.7 + 1.3 * circle,
+            radius: 1.4 + 0.95 * circle,
             start: TAU * (0.5 * (number % 2) as f32 + 0.21 * circle + 0.07),
         };
         let runs = model(&options, &assets, &["run", "gallop"], 0.17 * number as f32);
@@ -216,28 +221,27 @@ fn lay_ground(
         let place = distance * Vec3::new(angle.cos(), 0.0, angle.sin());
         Transform::from_translation(place).with_rotation(turned)
     };
-    let tuft = meshes.add(
-        Cone::new(0.025, 0.11)
-            .mesh()
-            .resolution(4)
-            .anchor(bevy::mesh::ConeAnchor::Base),
-    );
-    for _ in 0..150 {
-        let place = anywhere(0.6, 9.0);
-        let leaning = Quat::from_rotation_x(0.25);
+    let blade_mesh = Cone::new(0.008, 0.1).mesh().resolution(3).anchor(ConeAnchor::Base);
+    let tuft = (0..7).map(|i| {
+        let turned = Quat::from_rotation_y(TAU * i as f32 / 7.0) * Quat::from_rotation_x(0.25 + 0.06 * (i % 3) as f32);
+        Mesh::from(blade_mesh.clone()).rotated_by(turned)
+    });
+    let tuft = tuft.reduce(|mut tuft, blade| {
+        tuft.merge(&blade).expect("blades alike");
+        tuft
+    });
+    let tuft = meshes.add(tuft.expect("a few blades"));
+    for _ in 0..220 {
         commands.spawn((
             Name::new("grass"),
             Mesh3d(tuft.clone()),
             MeshMaterial3d(blade.clone()),
-            Transform {
-                rotation: place.rotation * leaning,
-                ..place
-            },
+            anywhere(0.4, 9.0),
         ));
     }
     for number in 0..14 {
         let name = ["tree_pine", "tree_oak"][number % 2];
-        let primitive = GltfAssetLabel::Primitive { mesh: 2, primitive: 0 };
+        let primitive = GltfAssetLabel::Primitive { mesh: 1, primitive: 0 };
         commands.spawn((
             Name::new(name),
             Mesh3d(assets.load(primitive.from_asset(format!("{name}.glb")))),
@@ -255,7 +259,7 @@ fn light_and_look(mut commands: Commands) {
             shadow_maps_enabled: true,
             ..default()
         },
-        bevy::light::CascadeShadowConfigBuilder {
+        CascadeShadowConfigBuilder {
             num_cascades: 1,
             maximum_distance: 16.0,
             ..default()
@@ -265,7 +269,7 @@ fn light_and_look(mut commands: Commands) {
     ));
     commands.spawn((
         Camera3d::default(),
-        Transform::from_xyz(0.0, 1.7, 4.9).looking_at(Vec3::new(0.0, 0.25, 0.0), Vec3::Y),
+        Transform::from_xyz(0.0, 1.35, 4.0).looking_at(Vec3::new(0.0, 0.32, 0.0), Vec3::Y),
         FreeCamera {
             walk_speed: 3.0,
             run_speed: 12.0,
