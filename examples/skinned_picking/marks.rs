@@ -40,11 +40,13 @@ pub fn plugin(app: &mut App) {
 
 /// What only a window can show.
 pub fn window_plugin(app: &mut App) {
-    app.add_systems(Startup, spawn_text).add_systems(
-        PostUpdate,
+    app.add_systems(Startup, spawn_text)
+        .add_systems(Update, tell_what_is_under_the_mouse)
         // Later than all that moves, so that they do not lag behind.
-        (move_marks, outline_hovered, tell_what_is_under_the_mouse).after(SpatialIndexSystems::Sync),
-    );
+        .add_systems(
+            PostUpdate,
+            (move_marks, outline_hovered).after(SpatialIndexSystems::Sync),
+        );
 }
 
 fn make_pin_head(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) {
