@@ -64,3 +64,7 @@ pub const SKIN: Color = srgb(0xd9a583);
 pub const HAIR: Color = srgb(0x4b3328);
 pub const COAT: Color = srgb(0x3d6478);
 pub const DENIM: Color = srgb(0x3b4658);
+pub const FOX_RED: Color = srgb(0xd9742b);
+pub const FOX_DARK: Color = srgb(0x9c4a22);
+pub const CREAM_FUR: Color = srgb(0xf6ecdc);
+pub const INK: Color = srgb(0x2a2224);

@@ -12,16 +12,23 @@
 //! and `<name>_lod2`, each a mesh, a node and a scene of its own; the proxies fill the same bounds as the model with
 //! fewer triangles. Colours are vertex colours, so one white material serves everything.
 //!
+//! `fox.glb` has a skeleton and two animations, `jelly.glb` morph targets and one; they come at one level.
+//!
 //! `shape.rs` has the building blocks, `glb.rs` the file format, and the other modules the models. All stand on y = 0,
 //! in metres, and face +z.
 
 mod civic;
 mod color;
+mod fox;
+mod fox_motion;
 mod glb;
 mod houses;
+mod jelly;
 mod math;
+mod morph;
 mod nature;
 mod outline;
+mod rig;
 mod shape;
 mod statue;
 mod street;
@@ -100,6 +107,16 @@ fn main() -> std::io::Result<()> {
         let [full, middle, far] = shapes.each_ref().map(|(_, shape)| shape.triangles.len());
         println!("{file:22}{:>9}{full:>10}{middle:>8}{far:>8}", bytes.len());
     }
+    let rig = fox::rig();
+    let bytes = glb::encode_rig("fox", &rig);
+    std::fs::write(folder.join("fox.glb"), &bytes)?;
+    let triangles: usize = rig.skin.iter().map(|part| part.shape.triangles.len()).sum();
+    println!("{:22}{:>9}{triangles:>10}", "fox.glb", bytes.len());
+    let morph = jelly::morph();
+    let bytes = glb::encode_morph("jelly", &morph);
+    std::fs::write(folder.join("jelly.glb"), &bytes)?;
+    let triangles = morph.base.triangles.len();
+    println!("{:22}{:>9}{triangles:>10}", "jelly.glb", bytes.len());
     Ok(())
 }
 

@@ -240,6 +240,14 @@ impl Shape {
         self
     }
 
+    /// Moves every corner; the shading stays as it is.
+    pub fn moved(mut self, to: impl Fn(Vec3) -> Vec3) -> Self {
+        for corner in self.triangles.iter_mut().flatten() {
+            corner.position = to(corner.position);
+        }
+        self
+    }
+
     /// Turns about the x axis, from +y towards +z.
     pub fn turned_x(self, turns: f32) -> Self {
         let (cos, sin) = cos_sin(turns);
@@ -284,19 +292,23 @@ impl Shape {
         copies
     }
 
-    /// This shape and its mirror image in the plane x = 0.
-    pub fn both_sides(mut self) -> Self {
+    /// The mirror image in the plane x = 0.
+    pub fn mirrored(mut self) -> Self {
         let flip = vec3(-1.0, 1.0, 1.0);
-        let mirrored = |corner: Corner| Corner {
-            position: corner.position.scaled(flip),
-            normal: corner.normal.scaled(flip),
-            ..corner
-        };
-        for i in 0..self.triangles.len() {
-            let [a, b, c] = self.triangles[i].map(mirrored);
-            self.triangles.push([a, c, b]);
+        for triangle in &mut self.triangles {
+            triangle.swap(1, 2);
+            for corner in triangle {
+                corner.position = corner.position.scaled(flip);
+                corner.normal = corner.normal.scaled(flip);
+            }
         }
         self
+    }
+
+    /// This shape and its mirror image in the plane x = 0.
+    pub fn both_sides(self) -> Self {
+        let mirrored = self.clone().mirrored();
+        self + mirrored
     }
 
     pub fn bounds(&self) -> Bounds {
