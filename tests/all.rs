@@ -15,3 +15,4 @@ mod regressions;
 mod scene_query;
 mod spatial;
 mod sync;
+mod watertight;

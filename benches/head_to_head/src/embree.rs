@@ -1,6 +1,7 @@
 //! What the benchmarks use of Embree 3, as Debian packages it (`libembree-dev`, 3.13).
+#![expect(unsafe_code, reason = "Embree is a C library")]
 
-use std::ffi::{c_char, c_void};
+use std::ffi::{CStr, c_char, c_void};
 
 use bevy_sightline::geometry::ray::Ray;
 
@@ -31,7 +32,7 @@ pub(crate) const FLOAT3: u32 = 0x9003;
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// One thread builds, and none is started beside it.
-pub(crate) const ONE_THREAD: &std::ffi::CStr = c"threads=1,start_threads=0,set_affinity=0";
+pub(crate) const ONE_THREAD: &CStr = c"threads=1,start_threads=0,set_affinity=0";
 
 /// `RTCIntersectContext`.
 #[repr(C)]

@@ -8,7 +8,7 @@ use std::time::Duration;
 use bevy::math::Vec3;
 use bevy_sightline::geometry::ray::Ray;
 use obvhs::{
-    Boundable, BvhBuildParams,
+    BvhBuildParams,
     aabb::Aabb,
     bvh2::{Bvh2, builder::build_bvh2_from_tris},
     cwbvh::{CwBvh, builder::build_cwbvh_from_tris},
