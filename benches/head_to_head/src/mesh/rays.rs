@@ -62,12 +62,12 @@ pub(crate) fn shadows(model: &Model, points: &[SurfacePoint]) -> Vec<Ray> {
     points.iter().map(ray).collect()
 }
 
-/// The rays of a picture, row by row.
+/// The rays of a picture that the model fills, row by row.
 pub(crate) fn camera(model: &Model, effort: Effort) -> Vec<Ray> {
     const WIDTH: usize = super::TURN;
     const HEIGHT: usize = 768;
-    let back = Vec3::new(0.35, 0.45, 1.0).normalize();
-    let eye = model.center + back * 1.7 * model.radius;
+    let back = Vec3::new(0.35, 0.8, 1.0).normalize();
+    let eye = model.center + back * 1.25 * model.radius;
     let right = Vec3::Y.cross(back).normalize();
     let turn = Mat3::from_cols(right, back.cross(right), back);
     let step = match effort {
