@@ -118,7 +118,7 @@ fn the_reference_notices_a_hole() {
     let mut model = Model::new(&shape, unplaced(1.0));
     let positions: Vec<Vec3> = shape.positions.iter().map(|point| point.as_vec3()).collect();
     model.bvh = models::bvh(&positions, &shape.triangles[..shape.triangles.len() - 1]);
-    let tally = cast_chunks(&model, 40);
+    let tally = cast_chunks(&model, 20);
     assert!(tally.slips > 0, "{tally:?}");
     assert_eq!(tally.phantoms + tally.misplaced + tally.contradictions, 0, "{tally:?}");
 }

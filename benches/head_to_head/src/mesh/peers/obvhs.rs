@@ -22,8 +22,7 @@ use crate::{
     spatial::peers::obvhs::converted,
 };
 
-/// The slowest build of all, for the fastest rays; without the splits, which do not pay everywhere; and what it calls
-/// medium.
+/// The slowest build of all, for the fastest rays; and without its splits, which do not pay everywhere.
 pub(crate) const BEST_BINARY: [(&str, BvhBuildParams); 2] = [
     ("obvhs 0.4 Bvh2", BvhBuildParams::very_slow_build()),
     ("obvhs 0.4 Bvh2, unsplit", UNSPLIT),
