@@ -16,3 +16,4 @@ mod scene_query;
 mod skinned_picking;
 mod spatial;
 mod sync;
+mod watertight;

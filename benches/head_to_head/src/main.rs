@@ -15,9 +15,13 @@
 //!
 //! Times are medians. A ratio over 1 means that we are faster.
 
+mod allocated;
 mod bounding;
 mod compare;
+#[cfg(feature = "embree")]
+mod embree;
 mod geometry;
+mod mesh;
 mod mesh_mesh;
 mod picking;
 mod spatial;
@@ -26,12 +30,13 @@ mod sync;
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 12] = [
+const GROUPS: [(&str, fn(Effort)); 13] = [
     ("bounding", bounding::run),
     ("build", spatial::build::run),
     ("choosing", spatial::choosing::run),
     ("geometry", geometry::run),
     ("memory", spatial::memory::run),
+    ("mesh", mesh::run),
     ("nearest", spatial::nearest::run),
     ("neighbours", spatial::neighbours::run),
     ("overlaps", spatial::overlaps::run),

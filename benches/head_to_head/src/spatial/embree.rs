@@ -3,10 +3,7 @@
 //! A callback of ours tests a box, with the reciprocal of the direction that comes with the context of the query.
 #![expect(unsafe_code, reason = "Embree is a C library")]
 
-use std::{
-    ffi::{c_char, c_void},
-    ptr,
-};
+use std::{ffi::c_void, ptr};
 
 use bevy::math::{Vec3A, bounding::Aabb3d};
 use bevy_sightline::geometry::ray::Ray;
@@ -15,6 +12,7 @@ use super::{
     peers::Slabs,
     queries::{Found, RayQueries},
 };
+use crate::embree::*;
 
 pub(crate) const NAME: &str = "Embree 3.13 SAH";
 
@@ -32,7 +30,7 @@ impl Embree {
         // SAFETY: all handles are live until they are released, the callbacks have the types that Embree wants, and the
         // boxes outlive the scene, and do not move.
         unsafe {
-            let device = rtcNewDevice(c"threads=1,start_threads=0,set_affinity=0".as_ptr());
+            let device = rtcNewDevice(ONE_THREAD.as_ptr());
             assert!(!device.is_null(), "Embree starts");
             let geometry = rtcNewGeometry(device, USER_GEOMETRY);
             rtcSetGeometryUserPrimitiveCount(geometry, boxes.len() as u32);
@@ -58,7 +56,7 @@ impl Embree {
 
     /// Goes through the boxes along a ray to the first, or to the last if none is taken as a hit.
     fn intersect(&self, ray: &Ray, all: Option<&mut Found>) -> RayHit {
-        let mut context = Context::new(ray, all);
+        let mut context = BoxContext::new(ray, all);
         let mut hit = RayHit {
             ray: RtcRay::new(ray),
             hit: Hit::NONE,
@@ -82,11 +80,11 @@ impl Drop for Embree {
 impl RayQueries for Embree {
     fn closest(&self, ray: &Ray) -> Option<f32> {
         let hit = self.intersect(ray, None);
-        (hit.hit.geometry != NO_GEOMETRY).then_some(hit.ray.t_far)
+        (hit.hit.geometry != NONE).then_some(hit.ray.t_far)
     }
 
     fn any(&self, ray: &Ray) -> bool {
-        let mut context = Context::new(ray, None);
+        let mut context = BoxContext::new(ray, None);
         let mut ray = RtcRay::new(ray);
         // SAFETY: as for `intersect`.
         unsafe { rtcOccluded1(self.scene, (&raw mut context).cast(), &raw mut ray) };
@@ -100,10 +98,10 @@ impl RayQueries for Embree {
     }
 }
 
-unsafe extern "C" fn bounds(arguments: *const BoundsArguments) {
+unsafe extern "C" fn bounds(arguments: *const c_void) {
     // SAFETY: called with the boxes as user data, and an index of one of them.
     unsafe {
-        let arguments = &*arguments;
+        let arguments = &*arguments.cast::<BoundsArguments>();
         let aabb = &*arguments.boxes.add(arguments.primitive as usize);
         *arguments.bounds = Bounds {
             lower: aabb.min,
@@ -112,10 +110,10 @@ unsafe extern "C" fn bounds(arguments: *const BoundsArguments) {
     }
 }
 
-unsafe extern "C" fn intersect(arguments: *const IntersectArguments) {
+unsafe extern "C" fn intersect(arguments: *const c_void) {
     // SAFETY: as for `bounds`; the ray is a single one, with its hit, and the context is ours.
     unsafe {
-        let arguments = &*arguments;
+        let arguments = &*arguments.cast::<IntersectArguments>();
         let (hit, context) = (&mut *arguments.ray_hit, &*arguments.context);
         let aabb = &*arguments.boxes.add(arguments.primitive as usize);
         let t = context.slabs.enter(aabb.min, aabb.max);
@@ -132,10 +130,10 @@ unsafe extern "C" fn intersect(arguments: *const IntersectArguments) {
     }
 }
 
-unsafe extern "C" fn occluded(arguments: *const IntersectArguments) {
+unsafe extern "C" fn occluded(arguments: *const c_void) {
     // SAFETY: as for `intersect`; the ray comes without a hit, which is not touched.
     unsafe {
-        let arguments = &*arguments;
+        let arguments = &*arguments.cast::<IntersectArguments>();
         let (ray, context) = (&mut *arguments.ray_hit.cast::<RtcRay>(), &*arguments.context);
         let aabb = &*arguments.boxes.add(arguments.primitive as usize);
         if context.slabs.enter(aabb.min, aabb.max) < ray.t_far {
@@ -144,89 +142,22 @@ unsafe extern "C" fn occluded(arguments: *const IntersectArguments) {
     }
 }
 
-type Device = *mut c_void;
-type Scene = *mut c_void;
-type Geometry = *mut c_void;
-
-const USER_GEOMETRY: u32 = 120;
-const HIGH_QUALITY: u32 = 2;
-const NO_GEOMETRY: u32 = u32::MAX;
-
-/// `RTCIntersectContext`, and behind it what is ours.
+/// What comes with a query, and behind it what is ours.
 #[repr(C)]
-struct Context {
-    flags: u32,
-    filter: *const c_void,
-    instance: u32,
+struct BoxContext {
+    plain: Context,
     slabs: Slabs,
     all: *mut Found,
 }
 
-impl Context {
+impl BoxContext {
     fn new(ray: &Ray, all: Option<&mut Found>) -> Self {
         Self {
-            flags: 0,
-            filter: ptr::null(),
-            instance: NO_GEOMETRY,
+            plain: Context::PLAIN,
             slabs: Slabs::new(ray),
             all: all.map_or(ptr::null_mut(), |found| found),
         }
     }
-}
-
-/// `RTCRay`.
-#[repr(C, align(16))]
-struct RtcRay {
-    origin: [f32; 3],
-    t_near: f32,
-    direction: [f32; 3],
-    time: f32,
-    t_far: f32,
-    mask: u32,
-    id: u32,
-    flags: u32,
-}
-
-impl RtcRay {
-    fn new(ray: &Ray) -> Self {
-        Self {
-            origin: ray.origin().to_array(),
-            t_near: 0.0,
-            direction: ray.direction().to_array(),
-            time: 0.0,
-            t_far: ray.t_max(),
-            mask: u32::MAX,
-            id: 0,
-            flags: 0,
-        }
-    }
-}
-
-/// `RTCHit`.
-#[repr(C, align(16))]
-struct Hit {
-    normal: [f32; 3],
-    barycentric: [f32; 2],
-    primitive: u32,
-    geometry: u32,
-    instance: u32,
-}
-
-impl Hit {
-    const NONE: Self = Self {
-        normal: [0.0; 3],
-        barycentric: [0.0; 2],
-        primitive: u32::MAX,
-        geometry: NO_GEOMETRY,
-        instance: NO_GEOMETRY,
-    };
-}
-
-/// `RTCRayHit`.
-#[repr(C)]
-struct RayHit {
-    ray: RtcRay,
-    hit: Hit,
 }
 
 /// `RTCBounds`.
@@ -251,34 +182,8 @@ struct IntersectArguments {
     valid: *mut i32,
     boxes: *const Aabb3d,
     primitive: u32,
-    context: *const Context,
+    context: *const BoxContext,
     ray_hit: *mut RayHit,
     number: u32,
     geometry: u32,
-}
-
-unsafe extern "C" {
-    fn rtcNewDevice(config: *const c_char) -> Device;
-    fn rtcReleaseDevice(device: Device);
-    fn rtcGetDeviceError(device: Device) -> u32;
-    fn rtcNewGeometry(device: Device, kind: u32) -> Geometry;
-    fn rtcReleaseGeometry(geometry: Geometry);
-    fn rtcCommitGeometry(geometry: Geometry);
-    fn rtcSetGeometryBuildQuality(geometry: Geometry, quality: u32);
-    fn rtcSetGeometryUserData(geometry: Geometry, data: *mut c_void);
-    fn rtcSetGeometryUserPrimitiveCount(geometry: Geometry, count: u32);
-    fn rtcSetGeometryBoundsFunction(
-        geometry: Geometry,
-        bounds: unsafe extern "C" fn(*const BoundsArguments),
-        data: *mut c_void,
-    );
-    fn rtcSetGeometryIntersectFunction(geometry: Geometry, intersect: unsafe extern "C" fn(*const IntersectArguments));
-    fn rtcSetGeometryOccludedFunction(geometry: Geometry, occluded: unsafe extern "C" fn(*const IntersectArguments));
-    fn rtcNewScene(device: Device) -> Scene;
-    fn rtcReleaseScene(scene: Scene);
-    fn rtcSetSceneBuildQuality(scene: Scene, quality: u32);
-    fn rtcAttachGeometry(scene: Scene, geometry: Geometry) -> u32;
-    fn rtcCommitScene(scene: Scene);
-    fn rtcIntersect1(scene: Scene, context: *mut c_void, ray_hit: *mut RayHit);
-    fn rtcOccluded1(scene: Scene, context: *mut c_void, ray: *mut RtcRay);
 }

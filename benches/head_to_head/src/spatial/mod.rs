@@ -13,10 +13,10 @@ pub(crate) mod nearest;
 pub(crate) mod neighbours;
 mod ours;
 pub(crate) mod overlaps;
-mod peers;
+pub(crate) mod peers;
 mod probes;
 mod queries;
-mod race;
+pub(crate) mod race;
 pub(crate) mod rays;
 mod scenes;
 pub(crate) mod updates;
@@ -24,7 +24,7 @@ pub(crate) mod updates;
 use crate::Effort;
 
 /// The name of our side.
-const OURS: &str = "bevy_sightline";
+pub(crate) const OURS: &str = "bevy_sightline";
 
 impl Effort {
     /// The numbers of boxes, with their names.

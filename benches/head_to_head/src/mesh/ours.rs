@@ -1,0 +1,48 @@
+//! Our side.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    math::Vec3,
+    mesh::{Indices, Mesh, PrimitiveTopology},
+};
+use bevy_sightline::{
+    geometry::ray::{Ray, triangle::Backfaces},
+    mesh::{MeshBvh, TriangleMesh},
+};
+
+use super::{Hit, MeshRays, models::Model, refit::Refit};
+
+/// What is built from.
+pub(crate) fn source(model: &Model) -> TriangleMesh {
+    let indices = model.triangles.as_flattened().to_vec();
+    let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, model.positions.clone())
+        .with_inserted_indices(Indices::U32(indices));
+    TriangleMesh::from_mesh(&mesh).expect("triangles")
+}
+
+pub(crate) fn build(source: &TriangleMesh) -> MeshBvh {
+    MeshBvh::build(source)
+}
+
+/// The quickest build.
+pub(crate) fn build_fast(source: &TriangleMesh) -> MeshBvh {
+    MeshBvh::build(source)
+}
+
+impl MeshRays for MeshBvh {
+    fn closest(&self, ray: &Ray) -> Option<Hit> {
+        let hit = self.closest_hit(ray, Backfaces::Include)?;
+        Some((hit.t, hit.triangle))
+    }
+
+    fn any(&self, ray: &Ray) -> bool {
+        self.any_hit(ray, Backfaces::Include)
+    }
+}
+
+impl Refit for MeshBvh {
+    fn refit(&mut self, positions: &[Vec3]) {
+        MeshBvh::refit(self, positions);
+    }
+}
