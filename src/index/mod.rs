@@ -37,12 +37,12 @@ mod surface;
 mod sync;
 
 pub use crate::geometry::ray::triangle::Backfaces;
-pub use components::{BoundedBy, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
+pub use components::{BoundedBy, HitSurface, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
 pub use meshes::{MeshBvhs, MeshStatus};
 pub use pick_shape::PickShape;
 pub use scene_query::{MeshContact, SceneQuery, SweepHit};
-pub use settings::{QueryVisibility, SceneQuerySettings, SpatialIndexSettings};
+pub use settings::{MeshSettings, QueryVisibility, SceneQuerySettings, SpatialIndexSettings};
 pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
 pub use stats::SyncStats;
 
@@ -88,6 +88,7 @@ impl Plugin for SpatialIndexPlugin {
             .init_resource::<SpatialIndexSettings>()
             .init_resource::<SyncStats>()
             .register_type::<BoundedBy>()
+            .register_type::<HitSurface>()
             .register_type::<NoSpatialIndex>()
             .register_type::<SpatialIndexSettings>()
             .register_type::<SpatialIndexStats>()

@@ -18,12 +18,39 @@ pub struct SpatialIndexSettings {
     /// [`neighbours_within`](super::SceneQuery::neighbours_within). By default there is one, with cells of the size that it
     /// finds best; a size that is not positive and finite changes nothing, with a warning. Without it the tree answers, in the same way and more slowly, and its memory and upkeep are saved.
     pub grid: Option<GridSettings>,
+    /// How the hierarchies of meshes are kept.
+    pub meshes: MeshSettings,
 }
 
 impl Default for SpatialIndexSettings {
     fn default() -> Self {
         Self {
             grid: Some(GridSettings::default()),
+            meshes: MeshSettings::default(),
+        }
+    }
+}
+
+/// How the hierarchies of meshes, [`MeshBvhs`](super::MeshBvhs), are kept. Changes no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct MeshSettings {
+    /// How much memory triangles and hierarchies may take, in bytes, before hierarchies are dropped. `None`, the default,
+    /// is no limit.
+    ///
+    /// Those go first that no ray came near for longest; those that one came near within the last 60 frames stay, and so
+    /// do all triangles, whatever the budget: answers stay exact.
+    pub memory_budget: Option<usize>,
+    /// When the hierarchy of an edited mesh is built anew: when it costs rays so many times what it cost when it was
+    /// built, by the surface area heuristic. 1.5 by default; infinity is never.
+    pub rebuild_factor: f32,
+}
+
+impl Default for MeshSettings {
+    fn default() -> Self {
+        Self {
+            memory_budget: None,
+            rebuild_factor: 1.5,
         }
     }
 }

@@ -4,8 +4,10 @@
 
 pub mod bvh;
 pub mod mesh_mesh;
+mod stand_ins;
 pub mod triangles;
 
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
-pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};
+pub use stand_ins::{BuildProgress, MeshBuildSettings};
+pub use triangles::{HULL_CORNERS, MeshEdit, TriangleHit, TriangleMesh, UnusableMesh};

@@ -1,5 +1,7 @@
 //! The triangles of a mesh, whichever way the mesh stores them.
 
+mod edit;
+
 use std::ops::{Add, Mul};
 
 use bevy::{
@@ -16,6 +18,8 @@ use crate::geometry::{
     tolerance,
     volume::{AnyVolume, BoundingKind, UnboundablePoints, Volume},
 };
+
+pub use edit::MeshEdit;
 
 /// The most corners that the hull of a mesh has as a [`bounding_volume`](TriangleMesh::bounding_volume).
 pub const HULL_CORNERS: usize = 24;

@@ -20,7 +20,7 @@ pub struct MeshContact {
 }
 
 /// Mesh against mesh. Surfaces are compared, not solids: a mesh that floats inside another does not touch it. The mesh of
-/// an entity is that which rays hit: see [`crate::index`]; one without a mesh touches nothing. Every mesh touches itself.
+/// an entity is that which rays hit, or whose volume they hit: see [`crate::index`]; one without a mesh touches nothing. Every mesh touches itself.
 impl SceneQuery<'_, '_> {
     /// Whether the meshes of two entities touch. Exact up to the rounding of their transforms: see
     /// [`PlacedMesh::visit_touching`].
@@ -70,6 +70,8 @@ impl SceneQuery<'_, '_> {
     /// The mesh of an entity in its place.
     fn placed_mesh(&self, entity: Entity) -> Option<PlacedMesh<'_>> {
         let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
-        self.meshes.slot(surface.mesh()?)?.placed(*surface.world_from_local())
+        self.meshes
+            .used_slot(surface.mesh()?)?
+            .placed(*surface.world_from_local())
     }
 }

@@ -10,7 +10,8 @@ use super::SceneQuery;
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
-        surface::SurfaceHit,
+        surface::{Surface, SurfaceHit},
+        volume::BoundingKind,
     },
     index::{
         HitTriangle, RayHit, SceneQuerySettings,
@@ -152,8 +153,15 @@ impl SceneQuery<'_, '_> {
         let backfaces = backfaces(surface, settings);
         let hit = match surface.shape {
             Shape::Mesh(mesh, bounded_by) => {
-                let mesh = self.meshes.slot(mesh)?;
+                let mesh = self.meshes.used_slot(mesh)?;
                 Hit::Triangle(mesh.closest_hit(surface, bounded_by, ray, backfaces)?)
+            }
+            Shape::Volume(mesh, kind) => {
+                let mesh = self.meshes.slot(mesh)?;
+                match (mesh.surface(kind), surface.ray_to_local(ray)) {
+                    (Some(volume), Some(local)) => Hit::Surface(volume.closest_hit(&local, backfaces)?),
+                    _ => Hit::Triangle(mesh.closest_hit(surface, BoundingKind::default(), ray, backfaces)?),
+                }
             }
             Shape::Analytic(ref shape) => {
                 let local = surface.ray_to_local(ray)?;
@@ -171,7 +179,15 @@ impl SceneQuery<'_, '_> {
         let backfaces = backfaces(surface, settings);
         match surface.shape {
             Shape::Mesh(mesh, bounded_by) => {
-                (self.meshes.slot(mesh)).is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces))
+                (self.meshes.used_slot(mesh)).is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces))
+            }
+            Shape::Volume(mesh, kind) => {
+                self.meshes
+                    .slot(mesh)
+                    .is_some_and(|mesh| match (mesh.surface(kind), surface.ray_to_local(ray)) {
+                        (Some(volume), Some(local)) => volume.any_hit(&local, backfaces),
+                        _ => mesh.any_hit(surface, BoundingKind::default(), ray, backfaces),
+                    })
             }
             Shape::Analytic(ref shape) => {
                 let local = surface.ray_to_local(ray);
@@ -185,7 +201,9 @@ impl SceneQuery<'_, '_> {
         let (distance, normal, triangle, uv) = match hit {
             Hit::Surface(hit) => {
                 let normal = surface.normal_to_world(hit.normal);
-                (hit.t, normal, None, Some(hit.uv()))
+                // Those of a volume are not those of the mesh.
+                let uv = surface.mesh().is_none().then(|| hit.uv());
+                (hit.t, normal, None, uv)
             }
             Hit::Triangle(hit) => {
                 let mesh = surface.mesh().and_then(|mesh| self.meshes.triangles(mesh))?;

@@ -36,12 +36,14 @@ use tracing::warn;
 /// Trees with fewer leaves than this are built anew within the frame: that takes about a millisecond.
 const LEAST_BESIDE: usize = 2048;
 
-/// Follows mesh assets that are loaded, modified and removed, and takes over the hierarchies that have been built.
+/// Follows mesh assets that are loaded, modified and removed, and keeps their hierarchies.
 pub(super) fn follow_mesh_assets(
     mut events: MessageReader<AssetEvent<Mesh>>,
     assets: Res<Assets<Mesh>>,
+    settings: Res<SpatialIndexSettings>,
     mut meshes: ResMut<MeshBvhs>,
 ) {
+    meshes.begin_frame(settings.meshes);
     // An asset that has changed several times is looked at once, as it is now.
     let changed: HashSet<AssetId<Mesh>> = events
         .read()
@@ -56,9 +58,7 @@ pub(super) fn follow_mesh_assets(
     for id in changed {
         meshes.follow(id, &assets);
     }
-    if meshes.building() > 0 {
-        meshes.collect_built();
-    }
+    meshes.keep_up();
 }
 
 /// What [`follow_entities`] keeps from frame to frame.
