@@ -437,6 +437,47 @@ fn the_hierarchy_goes_first_that_no_ray_came_near_for_longest() {
 }
 
 #[test]
+fn a_mesh_that_comes_later_is_held_to_the_budget_too() {
+    let mut world = World::new(ball());
+    world.set(MeshSettings {
+        memory_budget: Some(world.bvhs().memory()),
+        ..default()
+    });
+    world.frames(GRACE);
+    let late = add_mesh(&mut world.app, ball());
+    world.app.world_mut().spawn(Mesh3d(late.clone()));
+    world.frames(1);
+    assert_eq!(
+        world.status(),
+        Some(MeshStatus::Dormant),
+        "the triangles of the other are too much"
+    );
+    finish_meshes(&mut world.app);
+    assert_eq!(world.bvhs().status(&late), Some(MeshStatus::Ready));
+    world.frames(GRACE + 1);
+    assert_eq!(world.bvhs().status(&late), Some(MeshStatus::Dormant));
+}
+
+#[derive(Resource, Default)]
+struct Told(usize);
+
+#[test]
+fn nobody_is_told_of_a_change_where_there_is_none() {
+    let mut world = World::new(ball());
+    let count = |mut told: ResMut<Told>| told.0 += 1;
+    world
+        .app
+        .init_resource::<Told>()
+        .add_systems(Last, count.run_if(resource_changed::<MeshBvhs>));
+    world.frames(1);
+    let before = world.app.world().resource::<Told>().0;
+    world.frames(3);
+    assert_eq!(world.app.world().resource::<Told>().0, before);
+    world.edit(|mesh| move_vertices(mesh, |v| v * 2.0));
+    assert_eq!(world.app.world().resource::<Told>().0, before + 1);
+}
+
+#[test]
 fn within_the_budget_nothing_goes() {
     let mut world = World::new(ball());
     world.set(MeshSettings {

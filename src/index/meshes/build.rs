@@ -46,3 +46,19 @@ impl Drop for Build {
         self.progress.cancel();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::{math::primitives::Cuboid, mesh::Mesh};
+
+    #[test]
+    fn a_build_that_is_dropped_is_cancelled() {
+        let mesh = TriangleMesh::from_mesh(&Mesh::from(Cuboid::default())).expect("a usable mesh");
+        let build = Build::start(Arc::new(mesh.clone()));
+        let progress = build.progress.clone();
+        drop(build);
+        let built = MeshBvh::build_with(&mesh, &MeshBuildSettings::default(), Some(&progress));
+        assert!(built.is_none());
+    }
+}

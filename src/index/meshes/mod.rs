@@ -52,7 +52,7 @@ pub struct MeshBvhs {
     unused: VecDeque<(u32, AssetId<Mesh>)>,
     /// Whether a query has missed the hierarchy of a mesh.
     is_missed: AtomicBool,
-    /// The frame in which to look whether there is too much in memory.
+    /// The frame from which on to look whether there is too much in memory.
     next_eviction: Option<u32>,
 }
 

@@ -22,18 +22,21 @@ impl MeshBvhs {
         }
     }
 
-    /// Takes over what has been built, has built what queries have missed, and drops what is not used.
-    pub(in crate::index) fn keep_up(&mut self) {
-        self.collect_built();
+    /// Takes over what has been built, has built what queries have missed, and drops what is not used; returns whether
+    /// there was any of it.
+    pub(in crate::index) fn keep_up(&mut self) -> bool {
+        let mut has_changed = self.collect_built();
         if std::mem::take(self.is_missed.get_mut()) {
+            has_changed = true;
             for (&id, slot) in &mut self.slots {
                 if slot.build_if_missed() {
                     self.building.insert(id);
                 }
             }
         }
-        self.drop_unused();
-        self.keep_within_budget();
+        has_changed |= self.drop_unused();
+        has_changed |= self.keep_within_budget();
+        has_changed
     }
 
     /// What is known of a mesh whose triangles a query asks for.
@@ -46,8 +49,9 @@ impl MeshBvhs {
         Some(slot)
     }
 
-    fn collect_built(&mut self) {
+    fn collect_built(&mut self) -> bool {
         let Self { slots, building, .. } = self;
+        let mut has_built = false;
         building.retain(|id| {
             let Some(slot) = slots.get_mut(id) else {
                 return false;
@@ -59,11 +63,14 @@ impl MeshBvhs {
             if built.hierarchy {
                 self.next_eviction = Some(self.frame);
             }
+            has_built |= built.surface || built.hierarchy;
             slot.is_building()
         });
+        has_built
     }
 
-    fn drop_unused(&mut self) {
+    fn drop_unused(&mut self) -> bool {
+        let mut has_dropped = false;
         while let Some(&(since, id)) = self.unused.front()
             && self.frame.wrapping_sub(since) >= GRACE
         {
@@ -73,26 +80,31 @@ impl MeshBvhs {
             if self.slots.get(&id).is_some_and(is_unused) {
                 self.slots.remove(&id);
                 self.building.remove(&id);
+                has_dropped = true;
             }
         }
+        has_dropped
     }
 
     /// Drops the hierarchies that were not used for longest, until the rest is within the budget or was used of late.
-    fn keep_within_budget(&mut self) {
+    fn keep_within_budget(&mut self) -> bool {
         let Some(budget) = self.settings.memory_budget else {
-            return;
+            return false;
         };
-        if self.next_eviction != Some(self.frame) {
-            return;
+        // Frames are counted round and round.
+        let is_due = |due: u32| self.frame.wrapping_sub(due) <= u32::MAX / 2;
+        if !self.next_eviction.is_some_and(is_due) {
+            return false;
         }
         self.next_eviction = None;
         let mut memory = self.memory();
         if memory <= budget {
-            return;
+            return false;
         }
         let ready = self.slots.iter().filter(|(_, slot)| slot.status() == MeshStatus::Ready);
         let mut oldest_first: Vec<(u32, AssetId<Mesh>)> = ready.map(|(&id, slot)| (slot.age(self.frame), id)).collect();
         oldest_first.sort_unstable_by(|a, b| b.cmp(a));
+        let mut has_evicted = false;
         for (age, id) in oldest_first {
             if memory <= budget {
                 break;
@@ -105,6 +117,8 @@ impl MeshBvhs {
             memory -= slot.memory();
             slot.evict();
             memory += slot.memory();
+            has_evicted = true;
         }
+        has_evicted
     }
 }

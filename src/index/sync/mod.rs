@@ -43,7 +43,9 @@ pub(super) fn follow_mesh_assets(
     settings: Res<SpatialIndexSettings>,
     mut meshes: ResMut<MeshBvhs>,
 ) {
-    meshes.begin_frame(settings.meshes);
+    // To count frames is no change for those who watch the meshes.
+    let quietly = meshes.bypass_change_detection();
+    quietly.begin_frame(settings.meshes);
     // An asset that has changed several times is looked at once, as it is now.
     let changed: HashSet<AssetId<Mesh>> = events
         .read()
@@ -55,10 +57,14 @@ pub(super) fn follow_mesh_assets(
             AssetEvent::LoadedWithDependencies { .. } => None,
         })
         .collect();
+    let mut has_changed = !changed.is_empty();
     for id in changed {
-        meshes.follow(id, &assets);
+        quietly.follow(id, &assets);
     }
-    meshes.keep_up();
+    has_changed |= quietly.keep_up();
+    if has_changed {
+        meshes.set_changed();
+    }
 }
 
 /// What [`follow_entities`] keeps from frame to frame.
