@@ -446,7 +446,7 @@ fn a_mesh_that_comes_later_is_held_to_the_budget_too() {
     world.frames(GRACE);
     let late = add_mesh(&mut world.app, ball());
     world.app.world_mut().spawn(Mesh3d(late.clone()));
-    world.frames(1);
+    world.frames(2);
     assert_eq!(
         world.status(),
         Some(MeshStatus::Dormant),
