@@ -27,6 +27,9 @@
 //! | a sphere or a box | `HitSurface::Volume(…)` | least | a volume for each mesh | distance, normal |
 //! | an analytic shape | [`PickShape`] | what the shape does | what you share | distance, normal, uv |
 //!
+//! A sphere or a box takes 25 to 40 ns; a hull as much more as it has planes: with some hundred corners it is hardly
+//! cheaper than the triangles of a large mesh.
+//!
 //! [`BoundedBy`] is none of these: it says what a ray must enter before the triangles are tested, and changes no answer.
 //! All meshes keep a copy of their triangles; [`MeshBvhs`] tells how hierarchies come, follow edits and go.
 //!

@@ -10,4 +10,5 @@ pub mod triangles;
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
 pub use stand_ins::{BuildProgress, MeshBuildSettings};
-pub use triangles::{HULL_CORNERS, MeshEdit, TriangleHit, TriangleMesh, UnusableMesh};
+pub(crate) use triangles::MeshEdit;
+pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};

@@ -19,7 +19,7 @@ use crate::geometry::{
     volume::{AnyVolume, BoundingKind, UnboundablePoints, Volume},
 };
 
-pub use edit::MeshEdit;
+pub(crate) use edit::MeshEdit;
 
 /// The most corners that the hull of a mesh has as a [`bounding_volume`](TriangleMesh::bounding_volume).
 pub const HULL_CORNERS: usize = 24;

@@ -6,7 +6,7 @@ use super::TriangleMesh;
 
 /// How an edited mesh differs from what it was, from the least to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum MeshEdit {
+pub(crate) enum MeshEdit {
     /// In what a hit reports of it, if at all: in normals and texture coordinates.
     Attributes,
     /// In the places of its vertices; it has the same triangles between them.
