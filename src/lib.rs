@@ -48,8 +48,8 @@ pub mod prelude {
             volume::BoundingKind,
         },
         index::{
-            Backfaces, BoundedBy, HitTriangle, MeshContact, NoSpatialIndex, PickShape, QueryVisibility, RayHit,
-            SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
+            Backfaces, BoundedBy, HitSurface, HitTriangle, MeshContact, NoSpatialIndex, PickShape, QueryVisibility,
+            RayHit, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
             SpatialIndexSystems, SweepHit,
         },
     };

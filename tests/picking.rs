@@ -400,6 +400,47 @@ fn a_mesh_in_two_dimensions_is_picked_from_both_sides() {
     assert_eq!(hovered_at(&mut app, MIDDLE), []);
 }
 
+#[test]
+fn of_meshes_in_two_dimensions_the_one_in_front_is_picked_through_a_camera_that_pans_and_zooms() {
+    let mut app = app_without_camera();
+    let projection = OrthographicProjection {
+        scale: 0.5,
+        ..OrthographicProjection::default_2d()
+    };
+    let pan = Transform::from_xyz(200.0, 100.0, 0.0);
+    app.world_mut()
+        .spawn((Camera2d, Projection::Orthographic(projection), pan));
+    let mesh = add_mesh(&mut app, Rectangle::new(20.0, 10.0));
+    let mut card = |x: f32, z: f32| {
+        let place = Transform::from_xyz(200.0 + x, 100.0, z);
+        app.world_mut().spawn((Mesh2d(mesh.clone()), place)).id()
+    };
+    let [front, back, behind_the_camera] = [card(0.0, 5.0), card(8.0, -900.0), card(16.0, 500.0)];
+    // Two pixels are one unit: the cards end 20 pixels to either side of their middles.
+    let at = |pixels: f32| MIDDLE + Vec2::X * pixels;
+    assert_eq!(hovered_at(&mut app, at(0.0)), [front]);
+    assert_eq!(
+        hovered_at(&mut app, at(11.0)),
+        [front],
+        "where the other two are too, or not yet"
+    );
+    assert_eq!(
+        hovered_at(&mut app, at(22.0)),
+        [behind_the_camera],
+        "an eye in two dimensions sees behind itself"
+    );
+
+    app.world_mut()
+        .get_mut::<Transform>(front)
+        .expect("a place")
+        .translation
+        .z = -950.0;
+    assert_eq!(hovered_at(&mut app, at(0.0)), [back]);
+    app.world_mut().despawn(back);
+    assert_eq!(hovered_at(&mut app, at(0.0)), [front]);
+    assert_eq!(hovered_at(&mut app, MIDDLE + Vec2::Y * 11.0), [], "above it");
+}
+
 // --- Cameras and pointers ---
 
 #[test]

@@ -21,6 +21,37 @@ pub struct NoSpatialIndex;
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct BoundedBy(pub BoundingKind);
 
+/// What rays hit on an entity with a mesh: the triangles, or a bounding volume of them, which costs less and is hit where
+/// the triangles are not.
+///
+/// [`crate::index`] compares it with the other ways to make rays cheaper. A mesh all of whose entities are hit as volumes
+/// gets no hierarchy. Like [`PickShape`](super::PickShape), a volume is a solid in the local space of the mesh, hit as
+/// [`VolumeSurface`](crate::geometry::surface::VolumeSurface) says: only where rays enter it, unless back faces count. The
+/// hits have a distance and a normal, but neither a triangle nor texture coordinates.
+///
+/// The triangles are hit instead while the volume is being built, in the background, once per mesh asset, except that the
+/// axis-aligned box is there at once; if the volume would overflow; and under a transform that flattens the entity. A
+/// `PickShape` comes before all this.
+///
+/// [`BoundedBy`], which changes no answer, is about entities whose triangles are hit, and does nothing for others.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_sightline::prelude::*;
+/// # fn spawn(mut commands: Commands, rock: Handle<Mesh>) {
+/// commands.spawn((Mesh3d(rock), HitSurface::Volume(BoundingKind::Hull)));
+/// # }
+/// ```
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub enum HitSurface {
+    /// The triangles.
+    #[default]
+    Mesh,
+    /// The tightest volume of this kind around the triangles; of kind `Hull`, their convex hull, with all its corners.
+    Volume(BoundingKind),
+}
+
 #[cfg(feature = "picking")]
 pub use bevy::picking::mesh_picking::ray_cast::{RayCastBackfaces, SimplifiedMesh};
 

@@ -1,25 +1,26 @@
 //! What is known of one mesh asset, and how rays are tested against it.
 
-use std::sync::Arc;
-
-use bevy::{
-    asset::AssetId,
-    ecs::entity::Entity,
-    math::Vec3A,
-    mesh::Mesh,
-    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, AtomicU32, Ordering::Relaxed},
 };
-use smallvec::SmallVec;
+
+use bevy::{asset::AssetId, ecs::entity::Entity, math::Vec3A, mesh::Mesh};
 use tracing::warn;
 
-use super::{meshes::MeshStatus, surface::PlacedSurface, triangles::Triangles};
+use super::{
+    meshes::{Loaded, MeshStatus, Role, Triangles, Volumes},
+    surface::PlacedSurface,
+    triangles::TrianglesRef,
+};
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
+        surface::VolumeSurface,
         tolerance,
         volume::{AnyVolume, BoundingKind, Volume},
     },
-    mesh::{MeshBvh, MeshDeformer, TriangleHit, TriangleMesh},
+    mesh::{MeshDeformer, MeshEdit, TriangleHit, TriangleMesh},
 };
 
 /// What is known of one mesh asset.
@@ -30,10 +31,16 @@ pub(super) struct MeshSlot {
     deformer: Option<Arc<MeshDeformer>>,
     /// How many indexed entities use the mesh.
     pub users: usize,
+    /// The frame since which there are none.
+    pub unused_since: u32,
+    demand: Demand,
+    volumes: Volumes,
     /// Whether the user has been told that the mesh is bad.
     warned: bool,
-    /// The bounding volumes that entities have asked for, one of each kind.
-    volumes: SmallVec<[(BoundingKind, VolumeState); 1]>,
+    /// The last frame in which a query asked for the triangles.
+    last_use: AtomicU32,
+    /// Whether a query has missed the hierarchy.
+    is_missed: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -43,43 +50,56 @@ enum Content {
     Missing,
     /// The asset has no surface.
     Unusable,
-    Building {
-        mesh: Arc<TriangleMesh>,
-        task: Task<MeshBvh>,
-    },
-    Ready(Arc<MeshBvh>),
+    Loaded(Loaded),
 }
 
-#[derive(Debug)]
-enum VolumeState {
-    /// There are no triangles to bound.
-    Waiting,
-    Building(Task<Option<AnyVolume>>),
-    /// `None` if the volume would overflow.
-    Ready(Option<AnyVolume>),
+/// Whether a mesh is to have a hierarchy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Demand {
+    /// No: rays hit but volumes of it.
+    #[default]
+    None,
+    /// No: there was one that was not used for long, and memory was short.
+    Evicted,
+    Hierarchy,
 }
 
 impl MeshSlot {
     pub fn status(&self) -> MeshStatus {
-        match self.content {
+        match &self.content {
             Content::Missing => MeshStatus::Missing,
             Content::Unusable => MeshStatus::Unusable,
-            Content::Building { .. } => MeshStatus::Building,
-            Content::Ready(_) => MeshStatus::Ready,
+            Content::Loaded(loaded) if loaded.has_hierarchy() => MeshStatus::Ready,
+            Content::Loaded(loaded) if loaded.progress().is_some() => MeshStatus::Building,
+            Content::Loaded(_) => MeshStatus::Dormant,
         }
     }
 
-    /// What rays are tested against.
-    pub fn surface(&self) -> Option<Triangles<'_>> {
-        match &self.content {
-            Content::Missing | Content::Unusable => None,
-            Content::Building { mesh, .. } => Some(Triangles::Listed(mesh)),
-            Content::Ready(bvh) => Some(Triangles::Hierarchy(bvh)),
-        }
+    pub fn progress(&self) -> Option<f32> {
+        self.loaded().and_then(Loaded::progress)
+    }
+
+    pub fn memory(&self) -> usize {
+        self.loaded().map_or(0, Loaded::memory)
     }
 
     pub fn triangles(&self) -> Option<&TriangleMesh> {
-        self.surface().map(Triangles::mesh)
+        self.loaded().map(|loaded| &*loaded.triangles)
+    }
+
+    /// The kinds of volume that are kept.
+    pub fn volumes(&self) -> impl Iterator<Item = BoundingKind> + '_ {
+        self.volumes.kinds()
+    }
+
+    /// The volume that rays hit in place of the triangles, as far as it is built.
+    pub fn surface(&self, kind: BoundingKind) -> Option<&VolumeSurface> {
+        self.volumes.get(Role::Surface, kind)
+    }
+
+    /// What rays are tested against.
+    pub fn tested(&self) -> Option<TrianglesRef<'_>> {
+        self.loaded().map(|loaded| loaded.triangles.as_ref())
     }
 
     /// What poses the mesh, if it has joints or morph targets.
@@ -87,13 +107,9 @@ impl MeshSlot {
         self.deformer.as_ref()
     }
 
-    /// The kinds of volume that are kept.
-    pub fn volumes(&self) -> impl Iterator<Item = BoundingKind> + '_ {
-        self.volumes.iter().map(|(kind, _)| *kind)
-    }
-
-    /// Takes over the triangles of `mesh`, and sends them to be built. `user` is named if they are bad.
-    pub fn load(&mut self, id: AssetId<Mesh>, mesh: &Mesh, user: Option<Entity>) {
+    /// Takes over the triangles of `mesh`, and has a hierarchy fitted to them or built if there is a demand. `user` is
+    /// named if they are bad.
+    pub fn load(&mut self, id: AssetId<Mesh>, mesh: &Mesh, user: Option<Entity>, rebuild_factor: f32) {
         let mut warn_once = |what: std::fmt::Arguments| {
             if !std::mem::replace(&mut self.warned, true) {
                 let of_user = user.map_or(String::new(), |user| format!(" (used by {user})"));
@@ -101,7 +117,7 @@ impl MeshSlot {
             }
         };
         self.deformer = None;
-        self.content = match TriangleMesh::from_mesh(mesh) {
+        let edit = match TriangleMesh::from_mesh(mesh) {
             Ok(triangles) => {
                 if triangles.left_out() > 0 {
                     warn_once(format_args!(
@@ -111,15 +127,22 @@ impl MeshSlot {
                     ));
                 }
                 self.deformer = MeshDeformer::from_mesh(mesh, &triangles).map(Arc::new);
-                Content::build(triangles)
+                if let Content::Loaded(loaded) = &mut self.content {
+                    loaded.edit(triangles, rebuild_factor)
+                } else {
+                    self.content = Content::Loaded(Loaded::new(triangles));
+                    MeshEdit::Topology
+                }
             }
             Err(why) => {
                 warn_once(format_args!("rays cannot hit it: {why}"));
-                Content::Unusable
+                self.content = Content::Unusable;
+                MeshEdit::Topology
             }
         };
-        for (kind, volume) in &mut self.volumes {
-            *volume = self.content.build_volume(*kind);
+        self.build_on_demand();
+        if edit > MeshEdit::Attributes {
+            self.volumes.rebuild(triangles_of(&self.content));
         }
     }
 
@@ -127,39 +150,81 @@ impl MeshSlot {
     pub fn unload(&mut self) {
         self.content = Content::Missing;
         self.deformer = None;
-        for (_, volume) in &mut self.volumes {
-            *volume = VolumeState::Waiting;
+        self.volumes.rebuild(None);
+    }
+
+    /// Has a hierarchy built for a new user of the triangles. One that was evicted waits for a ray.
+    pub fn demand_hierarchy(&mut self) {
+        if self.demand == Demand::None {
+            self.demand = Demand::Hierarchy;
+            self.build_on_demand();
         }
     }
 
-    /// Has rays tested against a volume of the mesh before its triangles are, as soon as the volume is built.
-    pub fn bound_by(&mut self, kind: BoundingKind) {
-        if self.volumes.iter().all(|(known, _)| *known != kind) {
-            self.volumes.push((kind, self.content.build_volume(kind)));
+    /// Has the hierarchy built if a query has missed it; returns whether one has.
+    pub fn build_if_missed(&mut self) -> bool {
+        let is_missed = std::mem::take(self.is_missed.get_mut());
+        if is_missed {
+            self.demand = Demand::Hierarchy;
+            self.build_on_demand();
+        }
+        is_missed
+    }
+
+    fn build_on_demand(&mut self) {
+        if let (Content::Loaded(loaded), Demand::Hierarchy) = (&mut self.content, self.demand) {
+            loaded.build();
         }
     }
 
-    /// Takes over what has been built; returns whether anything is still being built.
-    pub fn collect_built(&mut self) -> bool {
-        if let Content::Building { task, .. } = &mut self.content
-            && let Some(bvh) = check_ready(task)
-        {
-            self.content = Content::Ready(Arc::new(bvh));
+    /// Drops the hierarchy until a query misses it.
+    pub fn evict(&mut self) {
+        if let Content::Loaded(loaded) = std::mem::take(&mut self.content) {
+            self.content = Content::Loaded(loaded.without_hierarchy());
+            self.demand = Demand::Evicted;
         }
-        for (_, volume) in &mut self.volumes {
-            if let VolumeState::Building(task) = volume
-                && let Some(built) = check_ready(task)
-            {
-                *volume = VolumeState::Ready(built);
-            }
+    }
+
+    /// Notes that a query asks for the triangles; returns whether it misses a hierarchy, which is to be built.
+    #[inline]
+    pub fn note_use(&self, frame: u32) -> bool {
+        // Written once a frame, so that threads do not take the line from each other with every ray.
+        if self.last_use.load(Relaxed) == frame {
+            return false;
         }
-        self.is_building()
+        self.last_use.store(frame, Relaxed);
+        let is_missed = self.status() == MeshStatus::Dormant;
+        if is_missed {
+            self.is_missed.store(true, Relaxed);
+        }
+        is_missed
+    }
+
+    /// How many frames ago a query last asked for the triangles, or the hierarchy was built.
+    pub fn age(&self, frame: u32) -> u32 {
+        frame.wrapping_sub(self.last_use.load(Relaxed))
+    }
+
+    /// Has a volume of the mesh built that is tested before its triangles are, or hit in their place.
+    pub fn request_volume(&mut self, role: Role, kind: BoundingKind) {
+        self.volumes.request(role, kind, triangles_of(&self.content));
+    }
+
+    /// Takes over what has been built.
+    pub fn collect_built(&mut self, frame: u32) -> Built {
+        let mut built = Built::default();
+        if let Content::Loaded(loaded) = &mut self.content {
+            built.hierarchy = loaded.collect_built();
+        }
+        if built.hierarchy {
+            *self.last_use.get_mut() = frame;
+        }
+        built.surface = self.volumes.collect_built(triangles_of(&self.content));
+        built
     }
 
     pub fn is_building(&self) -> bool {
-        let mut volumes = self.volumes.iter();
-        matches!(self.content, Content::Building { .. })
-            || volumes.any(|(_, volume)| matches!(volume, VolumeState::Building(_)))
+        self.progress().is_some() || self.volumes.is_building()
     }
 
     /// The nearest hit on the mesh at its place in the world, with the parameter of the ray.
@@ -171,21 +236,19 @@ impl MeshSlot {
         backfaces: Backfaces,
     ) -> Option<TriangleHit> {
         let misses = |local: &Ray| self.misses(bounded_by, local);
-        self.surface()?.closest_hit(placed, ray, backfaces, misses)
+        self.tested()?.closest_hit(placed, ray, backfaces, misses)
     }
 
     /// Whether the ray hits the mesh at its place in the world anywhere.
     pub fn any_hit(&self, placed: &PlacedSurface, bounded_by: BoundingKind, ray: &Ray, backfaces: Backfaces) -> bool {
         let misses = |local: &Ray| self.misses(bounded_by, local);
-        self.surface()
-            .is_some_and(|surface| surface.any_hit(placed, ray, backfaces, misses))
+        self.tested()
+            .is_some_and(|triangles| triangles.any_hit(placed, ray, backfaces, misses))
     }
 
     /// Whether the ray, in the space of the mesh, misses the volume of that kind, as far as it is built.
     fn misses(&self, bounded_by: BoundingKind, local: &Ray) -> bool {
-        let mut volumes = self.volumes.iter();
-        let volume = volumes.find(|(kind, _)| *kind == bounded_by);
-        let Some((_, VolumeState::Ready(Some(volume)))) = volume else {
+        let Some(volume) = self.volumes.get(Role::Guard, bounded_by).map(VolumeSurface::volume) else {
             return false;
         };
         // Triangles are tested in single precision, and hit by rays that pass them by so much. The tests of the other
@@ -204,30 +267,28 @@ impl MeshSlot {
         };
         entered.is_none()
     }
+
+    #[inline]
+    fn loaded(&self) -> Option<&Loaded> {
+        match &self.content {
+            Content::Loaded(loaded) => Some(loaded),
+            Content::Missing | Content::Unusable => None,
+        }
+    }
 }
 
-impl Content {
-    fn build(mesh: TriangleMesh) -> Self {
-        let mesh = Arc::new(mesh);
-        let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn({
-            let mesh = mesh.clone();
-            async move { MeshBvh::build(&mesh) }
-        });
-        Self::Building { mesh, task }
-    }
+/// What has been built of one mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Built {
+    pub hierarchy: bool,
+    /// A volume that rays hit.
+    pub surface: bool,
+}
 
-    fn build_volume(&self, kind: BoundingKind) -> VolumeState {
-        let pool = AsyncComputeTaskPool::get_or_init(TaskPool::default);
-        match self {
-            Self::Missing | Self::Unusable => VolumeState::Waiting,
-            Self::Building { mesh, .. } => {
-                let mesh = mesh.clone();
-                VolumeState::Building(pool.spawn(async move { mesh.bounding_volume(kind) }))
-            }
-            Self::Ready(bvh) => {
-                let bvh = bvh.clone();
-                VolumeState::Building(pool.spawn(async move { bvh.mesh().bounding_volume(kind) }))
-            }
-        }
+/// Apart from the slot, of which something else may be borrowed.
+fn triangles_of(content: &Content) -> Option<&Triangles> {
+    match content {
+        Content::Loaded(loaded) => Some(&loaded.triangles),
+        Content::Missing | Content::Unusable => None,
     }
 }

@@ -21,6 +21,8 @@ pub struct SpatialIndexSettings {
     /// For how many frames the copy of a mesh is kept in which it was posed for rays, after the last that came near: the
     /// hierarchy and all triangles, some 100 bytes for each. 60 by default.
     pub posed_meshes_kept: u32,
+    /// How the hierarchies of meshes are kept.
+    pub meshes: MeshSettings,
 }
 
 impl Default for SpatialIndexSettings {
@@ -28,6 +30,31 @@ impl Default for SpatialIndexSettings {
         Self {
             grid: Some(GridSettings::default()),
             posed_meshes_kept: 60,
+            meshes: MeshSettings::default(),
+        }
+    }
+}
+
+/// How the hierarchies of meshes, [`MeshBvhs`](super::MeshBvhs), are kept. Changes no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct MeshSettings {
+    /// How much memory triangles and hierarchies may take, in bytes, before hierarchies are dropped. `None`, the default,
+    /// is no limit.
+    ///
+    /// Those go first that no ray came near for longest; those that one came near within the last 60 frames stay, and so
+    /// do all triangles, whatever the budget: answers stay exact.
+    pub memory_budget: Option<usize>,
+    /// When the hierarchy of an edited mesh is built anew: when it costs rays so many times what it cost when it was
+    /// built, by the surface area heuristic. 1.5 by default; infinity is never.
+    pub rebuild_factor: f32,
+}
+
+impl Default for MeshSettings {
+    fn default() -> Self {
+        Self {
+            memory_budget: None,
+            rebuild_factor: 1.5,
         }
     }
 }

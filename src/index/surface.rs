@@ -31,6 +31,8 @@ pub(super) struct PlacedSurface {
 pub(super) enum Shape {
     /// A mesh, whose triangles are tested when the ray enters its volume of this kind.
     Mesh(AssetId<Mesh>, BoundingKind),
+    /// The volume of this kind around a mesh; as long as there is none, the mesh.
+    Volume(AssetId<Mesh>, BoundingKind),
     Analytic(PickShape),
 }
 
@@ -77,17 +79,17 @@ impl PlacedSurface {
         })
     }
 
-    /// The mesh, if it is one.
+    /// The mesh, if it is one or a volume of one.
     pub fn mesh(&self) -> Option<AssetId<Mesh>> {
         self.shape.mesh()
     }
 }
 
 impl Shape {
-    /// The mesh, if it is one.
+    /// The mesh, if it is one or a volume of one.
     pub fn mesh(&self) -> Option<AssetId<Mesh>> {
         match *self {
-            Self::Mesh(mesh, _) => Some(mesh),
+            Self::Mesh(mesh, _) | Self::Volume(mesh, _) => Some(mesh),
             Self::Analytic(_) => None,
         }
     }

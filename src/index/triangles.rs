@@ -10,12 +10,12 @@ use crate::{
 
 /// The triangles that rays are tested against, one by one or through their hierarchy.
 #[derive(Clone, Copy)]
-pub(super) enum Triangles<'a> {
+pub(super) enum TrianglesRef<'a> {
     Listed(&'a TriangleMesh),
     Hierarchy(&'a MeshBvh),
 }
 
-impl<'a> Triangles<'a> {
+impl<'a> TrianglesRef<'a> {
     pub fn of_posed(posed: &'a PosedMesh) -> Self {
         posed.bvh().map_or(Self::Listed(posed.mesh()), Self::Hierarchy)
     }

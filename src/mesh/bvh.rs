@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use bevy::math::{Vec3, bounding::Aabb3d};
 
-use super::triangles::{TriangleHit, TriangleMesh, nearer};
+use super::triangles::{MeshEdit, TriangleHit, TriangleMesh, nearer};
 use crate::{
     geometry::{
         aabb::{EMPTY, union},
@@ -81,6 +81,15 @@ impl MeshBvh {
                 };
                 self.nodes[index].set_aabb(lane, &bounds);
             }
+        }
+    }
+
+    /// Takes over the vertices of an edited mesh, which has the same triangles in any order of slots.
+    pub(crate) fn take_vertices_of(&mut self, edited: &TriangleMesh, edit: MeshEdit) {
+        debug_assert!(edit < MeshEdit::Topology);
+        self.mesh.take_attributes_of(edited);
+        if edit == MeshEdit::Positions {
+            self.refit(&edited.positions());
         }
     }
 

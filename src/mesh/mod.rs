@@ -5,9 +5,12 @@
 pub mod bvh;
 pub mod mesh_mesh;
 pub mod pose;
+mod stand_ins;
 pub mod triangles;
 
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
 pub use pose::{MeshDeformer, Pose, PosedMesh};
+pub use stand_ins::{BuildProgress, MeshBuildSettings};
+pub(crate) use triangles::MeshEdit;
 pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};

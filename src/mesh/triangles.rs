@@ -1,5 +1,7 @@
 //! The triangles of a mesh, whichever way the mesh stores them.
 
+mod edit;
+
 use std::{
     ops::{Add, Mul},
     sync::OnceLock,
@@ -19,6 +21,8 @@ use crate::geometry::{
     tolerance,
     volume::{AnyVolume, BoundingKind, UnboundablePoints, Volume},
 };
+
+pub(crate) use edit::MeshEdit;
 
 /// The most corners that the hull of a mesh has as a [`bounding_volume`](TriangleMesh::bounding_volume).
 pub const HULL_CORNERS: usize = 24;

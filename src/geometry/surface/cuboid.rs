@@ -15,13 +15,13 @@ impl Surface for Cuboid {
     surface_by_solid!(Cuboid, Block);
 }
 
-struct Block {
-    half_size: DVec3,
+pub struct Block {
+    pub half_size: DVec3,
 }
 
 /// An axis, and whether it is the face on its positive side.
 #[derive(Clone, Copy)]
-struct Face {
+pub struct Face {
     axis: usize,
     positive: bool,
 }

@@ -43,13 +43,14 @@ mod span;
 mod sphere;
 mod torus;
 mod triangle;
+mod volume;
 
 use std::sync::Arc;
 
 use bevy::math::{Vec2, Vec3, bounding::Aabb3d};
 
 use self::chart::Chart;
-pub use self::{bounded::BoundedSurface, group::SurfaceGroup};
+pub use self::{bounded::BoundedSurface, group::SurfaceGroup, volume::VolumeSurface};
 use super::ray::{Ray, triangle::Backfaces};
 
 /// Something that a ray can hit.

@@ -28,8 +28,14 @@ impl Line {
     /// decides.
     #[inline]
     pub fn of(ray: &Ray, radius: f64) -> Self {
+        Self::around(ray, DVec3::ZERO, radius)
+    }
+
+    /// The same in the space with its origin at `center`.
+    #[inline]
+    pub fn around(ray: &Ray, center: DVec3, radius: f64) -> Self {
         let line = Self {
-            origin: Vec3::from(ray.origin()).as_dvec3(),
+            origin: Vec3::from(ray.origin()).as_dvec3() - center,
             direction: Vec3::from(ray.direction()).as_dvec3(),
             start: 0.0,
         };

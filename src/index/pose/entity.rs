@@ -15,7 +15,7 @@ use bevy::{
 use super::{PoseInputs, stats::PosingCounters};
 use crate::{
     geometry::{aabb::Aabb3dExt, volume::Volume},
-    index::{MeshStatus, Refusal, mesh_slot::MeshSlot, triangles::Triangles},
+    index::{MeshStatus, Refusal, mesh_slot::MeshSlot, triangles::TrianglesRef},
     mesh::{MeshDeformer, Pose, PosedMesh},
 };
 
@@ -120,13 +120,13 @@ impl PosedEntity {
         if let Some(posed) = self.posed.get() {
             return Some(posed);
         }
-        let surface = slot.surface()?;
+        let surface = slot.tested()?;
         Some(self.posed.get_or_init(|| {
             counters.count(self.deformer.vertex_count(), || {
                 let spare = self.spare.lock().ok().and_then(|mut spare| spare.take());
                 let mut posed = spare.unwrap_or_else(|| match surface {
-                    Triangles::Listed(mesh) => PosedMesh::of_triangles(mesh),
-                    Triangles::Hierarchy(bvh) => PosedMesh::of_bvh(bvh),
+                    TrianglesRef::Listed(mesh) => PosedMesh::of_triangles(mesh),
+                    TrianglesRef::Hierarchy(bvh) => PosedMesh::of_bvh(bvh),
                 });
                 posed.pose(&self.deformer, &self.pose);
                 posed

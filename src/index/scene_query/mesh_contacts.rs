@@ -7,7 +7,7 @@ use bevy::ecs::entity::Entity;
 use super::SceneQuery;
 use crate::{
     geometry::triangle_triangle::TriangleContact,
-    index::{SceneQuerySettings, triangles::Triangles},
+    index::{SceneQuerySettings, triangles::TrianglesRef},
     mesh::PlacedMesh,
     spatial::SpatialQueries,
 };
@@ -23,7 +23,7 @@ pub struct MeshContact {
 }
 
 /// Mesh against mesh. Surfaces are compared, not solids: a mesh that floats inside another does not touch it. The mesh of
-/// an entity is that which rays hit: see [`crate::index`]; one without a mesh touches nothing. Every mesh touches itself.
+/// an entity is that which rays hit, or whose volume they hit: see [`crate::index`]; one without a mesh touches nothing. Every mesh touches itself.
 impl SceneQuery<'_, '_> {
     /// Whether the meshes of two entities touch. Exact up to the rounding of their transforms: see
     /// [`PlacedMesh::visit_touching`].
@@ -74,8 +74,8 @@ impl SceneQuery<'_, '_> {
     fn placed_mesh(&self, entity: Entity) -> Option<PlacedMesh<'_>> {
         let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
         let mesh = match self.posed(surface) {
-            Some(posed) => Triangles::of_posed(posed),
-            None => self.meshes.slot(surface.mesh()?)?.surface()?,
+            Some(posed) => TrianglesRef::of_posed(posed),
+            None => self.meshes.used_slot(surface.mesh()?)?.tested()?,
         };
         Some(mesh.placed(*surface.world_from_local()))
     }

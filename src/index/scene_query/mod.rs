@@ -65,8 +65,8 @@ impl SceneQuery<'_, '_> {
 
     /// The mesh of a surface in its pose, if it is posed.
     fn posed(&self, surface: &PlacedSurface) -> Option<&PosedMesh> {
-        let slot = self.meshes.slot(surface.mesh()?)?;
-        self.poses.posed(surface.pose?, slot)
+        let pose = surface.pose?;
+        self.poses.posed(pose, self.meshes.used_slot(surface.mesh()?)?)
     }
 
     /// Whether an entity of the index still exists and is not disabled.

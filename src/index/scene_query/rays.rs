@@ -10,13 +10,14 @@ use super::SceneQuery;
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
-        surface::SurfaceHit,
+        surface::{Surface, SurfaceHit},
+        volume::BoundingKind,
     },
     index::{
         HitTriangle, RayHit, SceneQuerySettings,
         spatial_index::Key,
         surface::{PlacedSurface, Shape},
-        triangles::Triangles,
+        triangles::TrianglesRef,
     },
     mesh::{PosedMesh, TriangleHit},
     spatial::{SpatialQueries, Visit},
@@ -153,11 +154,18 @@ impl SceneQuery<'_, '_> {
         let backfaces = backfaces(surface, settings);
         let hit = match surface.shape {
             Shape::Mesh(mesh, bounded_by) => {
-                let mesh = self.meshes.slot(mesh)?;
+                let mesh = self.meshes.used_slot(mesh)?;
                 Hit::Triangle(match self.posed(surface) {
-                    Some(posed) => Triangles::of_posed(posed).closest_hit(surface, ray, backfaces, |_| false)?,
+                    Some(posed) => TrianglesRef::of_posed(posed).closest_hit(surface, ray, backfaces, |_| false)?,
                     None => mesh.closest_hit(surface, bounded_by, ray, backfaces)?,
                 })
+            }
+            Shape::Volume(mesh, kind) => {
+                let mesh = self.meshes.slot(mesh)?;
+                match (mesh.surface(kind), surface.ray_to_local(ray)) {
+                    (Some(volume), Some(local)) => Hit::Surface(volume.closest_hit(&local, backfaces)?),
+                    _ => Hit::Triangle(mesh.closest_hit(surface, BoundingKind::default(), ray, backfaces)?),
+                }
             }
             Shape::Analytic(ref shape) => {
                 let local = surface.ray_to_local(ray)?;
@@ -174,10 +182,21 @@ impl SceneQuery<'_, '_> {
     fn is_hit(&self, surface: &PlacedSurface, ray: &Ray, settings: &SceneQuerySettings) -> bool {
         let backfaces = backfaces(surface, settings);
         match surface.shape {
-            Shape::Mesh(mesh, bounded_by) => match self.posed(surface) {
-                Some(posed) => Triangles::of_posed(posed).any_hit(surface, ray, backfaces, |_| false),
-                None => (self.meshes.slot(mesh)).is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces)),
-            },
+            Shape::Mesh(mesh, bounded_by) => {
+                let mesh = self.meshes.used_slot(mesh);
+                match self.posed(surface) {
+                    Some(posed) => TrianglesRef::of_posed(posed).any_hit(surface, ray, backfaces, |_| false),
+                    None => mesh.is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces)),
+                }
+            }
+            Shape::Volume(mesh, kind) => {
+                self.meshes
+                    .slot(mesh)
+                    .is_some_and(|mesh| match (mesh.surface(kind), surface.ray_to_local(ray)) {
+                        (Some(volume), Some(local)) => volume.any_hit(&local, backfaces),
+                        _ => mesh.any_hit(surface, BoundingKind::default(), ray, backfaces),
+                    })
+            }
             Shape::Analytic(ref shape) => {
                 let local = surface.ray_to_local(ray);
                 local.is_some_and(|local| shape.surface().any_hit(&local, backfaces))
@@ -214,7 +233,9 @@ impl SceneQuery<'_, '_> {
         let (distance, normal, triangle, uv) = match hit {
             Hit::Surface(hit) => {
                 let normal = surface.normal_to_world(hit.normal);
-                (hit.t, normal, None, Some(hit.uv()))
+                // Those of a volume are not those of the mesh.
+                let uv = surface.mesh().is_none().then(|| hit.uv());
+                (hit.t, normal, None, uv)
             }
             Hit::Triangle(hit) => {
                 let posed = self.posed(surface);

@@ -22,7 +22,8 @@ use bevy::{
 use smallvec::SmallVec;
 
 use crate::index::{
-    BoundedBy, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex, spatial_index::Moves,
+    BoundedBy, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
+    spatial_index::Moves,
 };
 
 /// Fewer entities than this are not worth a task.
@@ -53,6 +54,7 @@ type Watched = (
     Option<Ref<'static, SimplifiedMesh>>,
     Option<Ref<'static, PickShape>>,
     Option<Ref<'static, BoundedBy>>,
+    Option<Ref<'static, HitSurface>>,
     Option<Ref<'static, InheritedVisibility>>,
     Option<Ref<'static, RenderLayers>>,
     Option<Ref<'static, RayCastBackfaces>>,
@@ -68,6 +70,7 @@ type AnyChanged = Or<(
     Changed<SimplifiedMesh>,
     Changed<PickShape>,
     Changed<BoundedBy>,
+    Changed<HitSurface>,
     Changed<InheritedVisibility>,
     Changed<RenderLayers>,
     Changed<RayCastBackfaces>,
@@ -143,7 +146,7 @@ struct Table<'w> {
     /// When each `Aabb` was changed, if the entities have any.
     resized: Option<&'w [Tick]>,
     /// When each of the other components was changed, of those that the entities have.
-    others: SmallVec<[&'w [Tick]; 9]>,
+    others: SmallVec<[&'w [Tick]; 10]>,
 }
 
 impl<'w> Table<'w> {
@@ -157,6 +160,7 @@ impl<'w> Table<'w> {
             simplified,
             shape,
             bounded_by,
+            hit_surface,
             visible,
             layers,
             backfaces,
@@ -170,6 +174,7 @@ impl<'w> Table<'w> {
             Option<ContiguousRef<'w, SimplifiedMesh>>,
             Option<ContiguousRef<'w, PickShape>>,
             Option<ContiguousRef<'w, BoundedBy>>,
+            Option<ContiguousRef<'w, HitSurface>>,
             Option<ContiguousRef<'w, InheritedVisibility>>,
             Option<ContiguousRef<'w, RenderLayers>>,
             Option<ContiguousRef<'w, RayCastBackfaces>>,
@@ -182,6 +187,7 @@ impl<'w> Table<'w> {
             ticks(simplified),
             ticks(shape),
             ticks(bounded_by),
+            ticks(hit_surface),
             ticks(visible),
             ticks(layers),
             ticks(backfaces),
@@ -251,6 +257,7 @@ pub(in crate::index) struct Removed<'w, 's> {
     simplified_mesh: RemovedComponents<'w, 's, SimplifiedMesh>,
     shape: RemovedComponents<'w, 's, PickShape>,
     bounded_by: RemovedComponents<'w, 's, BoundedBy>,
+    hit_surface: RemovedComponents<'w, 's, HitSurface>,
     visibility: RemovedComponents<'w, 's, InheritedVisibility>,
     layers: RemovedComponents<'w, 's, RenderLayers>,
     backfaces: RemovedComponents<'w, 's, RayCastBackfaces>,
@@ -271,6 +278,7 @@ impl Removed<'_, '_> {
             .chain(self.simplified_mesh.read())
             .chain(self.shape.read())
             .chain(self.bounded_by.read())
+            .chain(self.hit_surface.read())
             .chain(self.visibility.read())
             .chain(self.layers.read())
             .chain(self.backfaces.read())

@@ -39,12 +39,16 @@ use tracing::warn;
 /// Trees with fewer leaves than this are built anew within the frame: that takes about a millisecond.
 const LEAST_BESIDE: usize = 2048;
 
-/// Follows mesh assets that are loaded, modified and removed, and takes over the hierarchies that have been built.
+/// Follows mesh assets that are loaded, modified and removed, and keeps their hierarchies.
 pub(super) fn follow_mesh_assets(
     mut events: MessageReader<AssetEvent<Mesh>>,
     assets: Res<Assets<Mesh>>,
+    settings: Res<SpatialIndexSettings>,
     mut meshes: ResMut<MeshBvhs>,
 ) {
+    // To count frames is no change for those who watch the meshes.
+    let quietly = meshes.bypass_change_detection();
+    quietly.begin_frame(settings.meshes);
     // An asset that has changed several times is looked at once, as it is now.
     let changed: HashSet<AssetId<Mesh>> = events
         .read()
@@ -56,11 +60,13 @@ pub(super) fn follow_mesh_assets(
             AssetEvent::LoadedWithDependencies { .. } => None,
         })
         .collect();
+    let mut has_changed = !changed.is_empty();
     for id in changed {
-        meshes.follow(id, &assets);
+        quietly.follow(id, &assets);
     }
-    if meshes.building() > 0 {
-        meshes.collect_built();
+    has_changed |= quietly.keep_up();
+    if has_changed {
+        meshes.set_changed();
     }
 }
 

@@ -25,8 +25,9 @@ use crate::{
         volume::Volume,
     },
     index::{
-        BoundedBy, MeshBvhs, NoSpatialIndex, PickShape, PosedMeshes, RayCastBackfaces, Refusal, SimplifiedMesh,
-        SpatialIndex,
+        BoundedBy, HitSurface, MeshBvhs, NoSpatialIndex, PickShape, PosedMeshes, RayCastBackfaces, Refusal,
+        SimplifiedMesh, SpatialIndex,
+        meshes::Role,
         pose::{PoseId, PoseInputs},
         spatial_index::{Contents, Entry, Moves},
         surface::{PlacedSurface, Shape},
@@ -44,6 +45,7 @@ pub(in crate::index) struct Indexed {
     simplified_mesh: Option<&'static SimplifiedMesh>,
     shape: Option<&'static PickShape>,
     bounded_by: Option<&'static BoundedBy>,
+    hit_surface: Option<&'static HitSurface>,
     visibility: Option<&'static InheritedVisibility>,
     layers: Option<&'static RenderLayers>,
     has_backfaces: Has<RayCastBackfaces>,
@@ -104,7 +106,9 @@ impl Reconciler<'_> {
     /// `item`.
     pub fn reconcile(&mut self, entity: Entity, item: Option<IndexedItem>) {
         self.bounded_by_mesh.remove(entity);
-        let old_mesh = self.index.surface_of(entity).and_then(PlacedSurface::mesh);
+        let old_surface = self.index.surface_of(entity);
+        let old_mesh = old_surface.and_then(PlacedSurface::mesh);
+        let hit_triangles = old_surface.is_some_and(|old| matches!(old.shape, Shape::Mesh(..)));
         let item = item.filter(|item| !item.is_left_out);
         let shape = item.as_ref().and_then(pick_shape);
         let mesh = shape.as_ref().and_then(Shape::mesh);
@@ -112,8 +116,15 @@ impl Reconciler<'_> {
         if let Some(mesh) = acquired {
             self.meshes.acquire(mesh, entity, self.assets);
         }
-        if let Some(Shape::Mesh(mesh, kind)) = shape {
-            self.meshes.bound_by(mesh, kind);
+        match shape {
+            Some(Shape::Mesh(mesh, kind)) => {
+                if acquired.is_some() || !hit_triangles {
+                    self.meshes.demand_hierarchy(mesh);
+                }
+                self.meshes.request_volume(mesh, Role::Guard, kind);
+            }
+            Some(Shape::Volume(mesh, kind)) => self.meshes.request_volume(mesh, Role::Surface, kind),
+            Some(Shape::Analytic(_)) | None => {}
         }
 
         let pose = item.as_ref().and_then(|item| self.pose(entity, item, shape.as_ref()));
@@ -217,7 +228,9 @@ impl Reconciler<'_> {
         if !item.has_skin && !item.has_morph_weights {
             return None;
         }
-        let mesh = shape.and_then(Shape::mesh)?;
+        let &Shape::Mesh(mesh, _) = shape? else {
+            return None;
+        };
         // It may be posed as soon as it is loaded.
         self.bounded_by_mesh.insert(entity, mesh);
         let is_drawn_posed = item.mesh_3d.is_some() || item.simplified_mesh.is_some();
@@ -225,7 +238,7 @@ impl Reconciler<'_> {
         self.poses.adopt(entity, mesh, deformer, self.inputs)
     }
 
-    /// The local box of an entity: its `Aabb`, with the box of a simplified mesh or a `PickShape`, which may stick out;
+    /// The local box of an entity: its `Aabb`, with the box of a simplified mesh, a volume or a `PickShape`, which may stick out;
     /// without an `Aabb`, the box of what rays hit.
     fn local_bounds(
         &mut self,
@@ -245,6 +258,10 @@ impl Reconciler<'_> {
             Some(&Shape::Mesh(mesh, _)) if asks_mesh => {
                 self.bounded_by_mesh.insert(entity, mesh);
                 self.meshes.aabb(mesh)
+            }
+            Some(&Shape::Volume(mesh, kind)) => {
+                self.bounded_by_mesh.insert(entity, mesh);
+                self.meshes.aabb_with_volume(mesh, kind)
             }
             Some(Shape::Analytic(shape)) => {
                 let sound = shape.surface().aabb().filter(Aabb3dExt::is_sound);
@@ -268,6 +285,8 @@ fn pick_shape(item: &IndexedItem) -> Option<Shape> {
     let mesh = simplified
         .or(item.mesh_3d.map(|mesh| mesh.0.id()))
         .or(item.mesh_2d.map(|mesh| mesh.0.id()))?;
-    let kind = item.bounded_by.copied().unwrap_or_default().0;
-    Some(Shape::Mesh(mesh, kind))
+    Some(match item.hit_surface.copied().unwrap_or_default() {
+        HitSurface::Mesh => Shape::Mesh(mesh, item.bounded_by.copied().unwrap_or_default().0),
+        HitSurface::Volume(kind) => Shape::Volume(mesh, kind),
+    })
 }
