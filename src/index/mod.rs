@@ -12,9 +12,9 @@
 //!
 //! # What a ray hits
 //!
-//! The entity's [`PickShape`], else the triangles of its [`SimplifiedMesh`], else of its `Mesh3d`, else of its `Mesh2d`.
+//! The entity's [`PickShape`], else its sprite (with the feature `sprite`), else the triangles of its [`SimplifiedMesh`], else of its `Mesh3d`, else of its `Mesh2d`.
 //! An entity without any of these is found by its box ([`SceneQuery::overlap`]) and hit by no ray. Back faces are
-//! passed through, except on `Mesh2d` and with [`RayCastBackfaces`].
+//! passed through, except on sprites and `Mesh2d` and with [`RayCastBackfaces`].
 //!
 //! # Bad data
 //!
@@ -40,6 +40,8 @@ pub use crate::geometry::ray::triangle::Backfaces;
 pub use components::{BoundedBy, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
 pub use meshes::{MeshBvhs, MeshStatus};
+#[cfg(feature = "sprite")]
+pub(crate) use pick_shape::DerivedShape;
 pub use pick_shape::PickShape;
 pub use scene_query::{MeshContact, SceneQuery, SweepHit};
 pub use settings::{QueryVisibility, SceneQuerySettings, SpatialIndexSettings};

@@ -62,6 +62,15 @@ pub trait Surface: Send + Sync {
         false
     }
 
+    /// The plane that all of the surface lies in, if it is flat: its unit normal, and its distance from the origin along
+    /// that.
+    ///
+    /// With it, what lies in parallel planes is told apart from afar: from the plane a hit on something that has been
+    /// moved, rotated or scaled gets digits that the ray no longer has in the space of the surface.
+    fn plane(&self) -> Option<(Vec3, f32)> {
+        None
+    }
+
     /// The hit with the smallest parameter among those that belong to the ray, in the space of the surface.
     ///
     /// With [`Backfaces::Cull`] the ray passes through what it sees from behind, so that a ray from inside a closed
@@ -84,6 +93,10 @@ macro_rules! surface_behind {
 
             fn is_empty(&self) -> bool {
                 (**self).is_empty()
+            }
+
+            fn plane(&self) -> Option<(Vec3, f32)> {
+                (**self).plane()
             }
 
             #[inline]

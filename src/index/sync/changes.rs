@@ -22,7 +22,8 @@ use bevy::{
 use smallvec::SmallVec;
 
 use crate::index::{
-    BoundedBy, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex, spatial_index::Moves,
+    BoundedBy, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex, pick_shape::DerivedShape,
+    spatial_index::Moves,
 };
 
 /// Fewer entities than this are not worth a task.
@@ -41,6 +42,7 @@ type HasBounds = Or<(
     With<Mesh3d>,
     With<SimplifiedMesh>,
     With<PickShape>,
+    With<DerivedShape>,
 )>;
 
 /// What the index reads of entities, with the times of the changes.
@@ -52,6 +54,7 @@ type Watched = (
     Option<Ref<'static, Mesh3d>>,
     Option<Ref<'static, SimplifiedMesh>>,
     Option<Ref<'static, PickShape>>,
+    Option<Ref<'static, DerivedShape>>,
     Option<Ref<'static, BoundedBy>>,
     Option<Ref<'static, InheritedVisibility>>,
     Option<Ref<'static, RenderLayers>>,
@@ -67,6 +70,7 @@ type AnyChanged = Or<(
     Changed<Mesh3d>,
     Changed<SimplifiedMesh>,
     Changed<PickShape>,
+    Changed<DerivedShape>,
     Changed<BoundedBy>,
     Changed<InheritedVisibility>,
     Changed<RenderLayers>,
@@ -139,7 +143,7 @@ struct Table<'w> {
     entities: &'w [Entity],
     transforms: ContiguousRef<'w, GlobalTransform>,
     /// When each of the other components was changed, of those that the entities have.
-    others: SmallVec<[&'w [Tick]; 10]>,
+    others: SmallVec<[&'w [Tick]; 11]>,
 }
 
 impl<'w> Table<'w> {
@@ -152,6 +156,7 @@ impl<'w> Table<'w> {
             mesh_3d,
             simplified,
             shape,
+            derived,
             bounded_by,
             visible,
             layers,
@@ -165,6 +170,7 @@ impl<'w> Table<'w> {
             Option<ContiguousRef<'w, Mesh3d>>,
             Option<ContiguousRef<'w, SimplifiedMesh>>,
             Option<ContiguousRef<'w, PickShape>>,
+            Option<ContiguousRef<'w, DerivedShape>>,
             Option<ContiguousRef<'w, BoundedBy>>,
             Option<ContiguousRef<'w, InheritedVisibility>>,
             Option<ContiguousRef<'w, RenderLayers>>,
@@ -178,6 +184,7 @@ impl<'w> Table<'w> {
             ticks(mesh_3d),
             ticks(simplified),
             ticks(shape),
+            ticks(derived),
             ticks(bounded_by),
             ticks(visible),
             ticks(layers),
@@ -243,6 +250,7 @@ pub(in crate::index) struct Removed<'w, 's> {
     mesh_3d: RemovedComponents<'w, 's, Mesh3d>,
     simplified_mesh: RemovedComponents<'w, 's, SimplifiedMesh>,
     shape: RemovedComponents<'w, 's, PickShape>,
+    derived: RemovedComponents<'w, 's, DerivedShape>,
     bounded_by: RemovedComponents<'w, 's, BoundedBy>,
     visibility: RemovedComponents<'w, 's, InheritedVisibility>,
     layers: RemovedComponents<'w, 's, RenderLayers>,
@@ -261,6 +269,7 @@ impl Removed<'_, '_> {
             .chain(self.mesh_3d.read())
             .chain(self.simplified_mesh.read())
             .chain(self.shape.read())
+            .chain(self.derived.read())
             .chain(self.bounded_by.read())
             .chain(self.visibility.read())
             .chain(self.layers.read())

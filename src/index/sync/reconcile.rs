@@ -26,6 +26,7 @@ use crate::{
     },
     index::{
         BoundedBy, MeshBvhs, NoSpatialIndex, PickShape, RayCastBackfaces, Refusal, SimplifiedMesh, SpatialIndex,
+        pick_shape::DerivedShape,
         spatial_index::{Contents, Entry, Moves},
         surface::{PlacedSurface, Shape},
     },
@@ -41,6 +42,7 @@ pub(in crate::index) struct Indexed {
     mesh_3d: Option<&'static Mesh3d>,
     simplified_mesh: Option<&'static SimplifiedMesh>,
     shape: Option<&'static PickShape>,
+    derived: Option<&'static DerivedShape>,
     bounded_by: Option<&'static BoundedBy>,
     visibility: Option<&'static InheritedVisibility>,
     layers: Option<&'static RenderLayers>,
@@ -165,7 +167,7 @@ impl Reconciler<'_> {
         if !world.is_sound() {
             return Err(Refusal::WorldBounds);
         }
-        let backfaces = if item.has_backfaces || item.mesh_2d.is_some() {
+        let backfaces = if item.has_backfaces || item.mesh_2d.is_some() || item.derived.is_some() {
             Backfaces::Include
         } else {
             Backfaces::Cull
@@ -217,7 +219,7 @@ impl Reconciler<'_> {
 
 /// What rays hit on an entity.
 fn pick_shape(item: &IndexedItem) -> Option<Shape> {
-    if let Some(shape) = item.shape {
+    if let Some(shape) = item.shape.or(item.derived.map(|derived| &derived.0)) {
         return Some(Shape::Analytic(shape.clone()));
     }
     let simplified = item.simplified_mesh.map(|mesh| mesh.0.id());
