@@ -1,8 +1,8 @@
 //! Sprites in the index: rays, queries and pointers hit a `Sprite` where Bevy draws it.
 //!
 //! [`SpriteIndexPlugin`] gives every entity with a `Sprite` a flat surface, which is hit from both sides: the rectangle
-//! that its image, [`rect`](Sprite::rect), texture atlas, [`custom_size`](Sprite::custom_size),
-//! [`image_mode`](Sprite::image_mode) and `Anchor` make, with the image on it as it is drawn, also mirrored, scaled,
+//! that its image, [`rect`](bevy::sprite::Sprite::rect), texture atlas, [`custom_size`](bevy::sprite::Sprite::custom_size),
+//! [`image_mode`](bevy::sprite::Sprite::image_mode) and `Anchor` make, with the image on it as it is drawn, also mirrored, scaled,
 //! tiled and in nine slices. The [texture coordinates](crate::index::RayHit::uv) of a hit are those of the image, so that
 //! they tell the pixel. A [`PickShape`](crate::index::PickShape) goes before the sprite.
 //!
@@ -29,6 +29,8 @@
 //!
 //! - It looks at sprites with a `Pickable` only. Here all are picked, as meshes are, unless
 //!   [`MeshPickingSettings::require_markers`](bevy::picking::mesh_picking::MeshPickingSettings) is set.
+//! - There, a sprite that blocks what is below it does so also if it is not hoverable. Here it is passed over, as meshes
+//!   are.
 //! - It looks through orthographic cameras only, and takes sprites by the z of their `Transform`, not by depth.
 //! - Of sprites at the same z it takes the one that was spawned first.
 //! - It takes every `image_mode` for `Auto`.
@@ -50,7 +52,6 @@ use bevy::{
     },
     image::{Image, TextureAtlasLayout},
     reflect::{Reflect, std_traits::ReflectDefault},
-    sprite::Sprite,
 };
 
 pub use follow::SpriteMasks;

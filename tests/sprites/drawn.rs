@@ -4,7 +4,6 @@ use bevy::{
     prelude::*,
     sprite::{Anchor, BorderRect, SliceScaleMode, SpriteImageMode, SpriteScalingMode, TextureSlice, TextureSlicer},
 };
-use bevy_sightline::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 

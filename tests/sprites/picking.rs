@@ -1,6 +1,7 @@
 //! Pointers pick sprites, as with Bevy's own backend.
 
 use bevy::{
+    app::Plugins,
     asset::AssetPlugin,
     camera::{CameraPlugin, RenderTarget, visibility::VisibilitySystems},
     image::{ImagePlugin, TextureAtlasPlugin},
@@ -15,6 +16,7 @@ use bevy::{
     prelude::*,
     render::{camera::camera_system, texture::ManualTextureViews},
     sprite::{Anchor, SpritePickingMode, SpritePickingSettings, SpritePlugin},
+    text::TextPlugin,
     window::{PrimaryWindow, WindowPlugin, WindowRef},
 };
 use bevy_sightline::prelude::*;
@@ -22,8 +24,8 @@ use rand::Rng;
 
 use crate::{common::rng, scene::*};
 
-/// An app in which both backends could run: with our plugins, ours does.
-fn app_with_camera(ours: bool) -> App {
+/// An app with a camera and Bevy's own backend, which plugins of ours may replace.
+fn app_with<M>(plugins: impl Plugins<M>) -> App {
     let mut app = App::new();
     app.add_plugins((
         MinimalPlugins,
@@ -36,12 +38,11 @@ fn app_with_camera(ours: bool) -> App {
         CameraPlugin,
         InputPlugin,
         DefaultPickingPlugins,
+        TextPlugin,
         SpritePlugin,
     ));
-    if ours {
-        app.add_plugins(SightlinePlugins);
-    }
-    app.init_resource::<ManualTextureViews>()
+    app.add_plugins(plugins)
+        .init_resource::<ManualTextureViews>()
         .add_systems(PostUpdate, camera_system.before(VisibilitySystems::UpdateFrusta));
     app.finish();
     app.cleanup();
@@ -87,9 +88,11 @@ fn spawn_scene(app: &mut App, seed: u64) {
         let place = Transform::from_xyz(rng.random_range(-600.0..600.0), rng.random_range(-330.0..330.0), z)
             .with_rotation(Quat::from_rotation_z(rng.random_range(0.0..7.0)))
             .with_scale(scale);
+        // What cannot be hovered does not block either: there the two differ.
+        let is_hoverable = rng.random_bool(0.9);
         let pickable = Pickable {
-            should_block_lower: rng.random_bool(0.2),
-            is_hoverable: rng.random_bool(0.9),
+            should_block_lower: is_hoverable && rng.random_bool(0.2),
+            is_hoverable,
         };
         app.world_mut().spawn((Id(id), sprite, anchor, place, pickable));
     }
@@ -125,7 +128,7 @@ fn hovered_at(app: &mut App, position: Vec2) -> Vec<(Id, f32, Vec3)> {
 }
 
 fn picks_what_bevy_picks(seed: u64, test: AlphaTest, mode: SpritePickingMode) {
-    let [mut ours, mut bevys] = [true, false].map(app_with_camera);
+    let (mut ours, mut bevys) = (app_with(SightlinePlugins), app_with(()));
     ours.world_mut().resource_mut::<SpriteIndexSettings>().alpha_test = test;
     bevys.world_mut().resource_mut::<SpritePickingSettings>().picking_mode = mode;
     spawn_scene(&mut ours, seed);
@@ -176,7 +179,7 @@ fn messages(app: &mut App) -> usize {
 
 #[test]
 fn a_sprite_is_picked_once_for_bevys_backend_is_replaced() {
-    let mut app = app_with_camera(true);
+    let mut app = app_with(SightlinePlugins);
     let sprite = Sprite::from_color(Color::WHITE, Vec2::splat(10.0));
     app.world_mut().spawn((Id(0), sprite, Pickable::default()));
     assert_eq!(messages(&mut app), 1);
@@ -184,25 +187,7 @@ fn a_sprite_is_picked_once_for_bevys_backend_is_replaced() {
 
 #[test]
 fn bevys_backend_stays_where_ours_does_not_pick() {
-    let mut app = App::new();
-    app.add_plugins((
-        MinimalPlugins,
-        AssetPlugin::default(),
-        TransformPlugin,
-        ImagePlugin::default(),
-        MeshPlugin,
-        WindowPlugin::default(),
-        CameraPlugin,
-        InputPlugin,
-        DefaultPickingPlugins,
-        SpritePlugin,
-        SpriteIndexPlugin,
-    ));
-    app.init_resource::<ManualTextureViews>()
-        .add_systems(PostUpdate, camera_system.before(VisibilitySystems::UpdateFrusta));
-    app.finish();
-    app.cleanup();
-    app.world_mut().spawn(Camera2d);
+    let mut app = app_with(SpriteIndexPlugin);
     let sprite = Sprite::from_color(Color::WHITE, Vec2::splat(10.0));
     app.world_mut().spawn((Id(0), sprite, Pickable::default()));
     assert_eq!(messages(&mut app), 1);
@@ -210,7 +195,7 @@ fn bevys_backend_stays_where_ours_does_not_pick() {
 
 #[test]
 fn a_sprite_needs_no_pickable() {
-    let mut app = app_with_camera(true);
+    let mut app = app_with(SightlinePlugins);
     let sprite = Sprite::from_color(Color::WHITE, Vec2::splat(10.0));
     app.world_mut().spawn((Id(7), sprite));
     app.update();
@@ -223,7 +208,7 @@ fn a_sprite_needs_no_pickable() {
 
 #[test]
 fn a_pointer_reaches_through_a_hole() {
-    let mut app = app_with_camera(true);
+    let mut app = app_with(SightlinePlugins);
     let board = add_image(&mut app, chess_board(UVec2::splat(2)));
     let board = Sprite {
         custom_size: Some(Vec2::splat(100.0)),
@@ -234,7 +219,7 @@ fn a_pointer_reaches_through_a_hole() {
     app.world_mut()
         .spawn((Id(1), wall, Transform::from_xyz(0.0, 0.0, -1.0)));
     app.update();
-    let at = |app: &mut App, x, y| hovered_at(app, Vec2::new(640.0 + x, 360.0 + y))[0].0;
+    let at = |app: &mut App, x: f32, y: f32| hovered_at(app, Vec2::new(640.0 + x, 360.0 + y))[0].0;
     assert_eq!(at(&mut app, -25.0, -25.0), Id(0), "the opaque top left");
     assert_eq!(at(&mut app, 25.0, -25.0), Id(1), "the transparent top right");
 }

@@ -1,6 +1,6 @@
 //! What the tests of sprites share: an app, and images.
 
-use bevy::{image::TextureAtlasPlugin, prelude::*, sprite::SpritePlugin};
+use bevy::{image::TextureAtlasPlugin, prelude::*, sprite::SpritePlugin, text::TextPlugin};
 use bevy_sightline::prelude::*;
 
 use crate::common::*;
@@ -8,7 +8,8 @@ use crate::common::*;
 /// A headless app with sprites.
 pub fn app() -> App {
     headless_app_with(|app| {
-        app.add_plugins((TextureAtlasPlugin, SpritePlugin));
+        // Bevy's sprites draw text too where it is built with the examples.
+        app.add_plugins((TextureAtlasPlugin, TextPlugin, SpritePlugin));
     })
 }
 

@@ -177,10 +177,11 @@ impl SceneQuery<'_, '_> {
                 let local = surface.ray_to_local(ray)?;
                 let hit = shape.surface().closest_hit(&local, backfaces);
                 // A surface of the user's own may be wrong.
-                let hit = hit.filter(|hit| local.has_parameter(hit.t))?;
-                let exact = surface.plane_parameter(ray).map(|exact| exact as f32);
-                let t = exact.map_or(hit.t, |t| t.clamp(ray.t_min(), ray.t_max()));
-                Hit::Surface(SurfaceHit { t, ..hit })
+                let mut hit = hit.filter(|hit| local.has_parameter(hit.t))?;
+                if let Some(exact) = surface.plane_parameter(ray) {
+                    hit.t = (exact as f32).clamp(ray.t_min(), ray.t_max());
+                }
+                Hit::Surface(hit)
             }
         };
         let entity = key.entity;
