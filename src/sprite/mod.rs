@@ -15,6 +15,8 @@
 //!
 //! An image that is not loaded counts as opaque too; a sprite whose size depends on it is not hit until it is loaded.
 //!
+//! A `SpriteMesh` is no `Sprite`: Bevy draws it with a mesh that it stretches on the GPU, and so rays hit a unit square.
+//!
 //! # Order
 //!
 //! Of sprites that face the camera the one with the higher z comes first, whatever their scales, and however little

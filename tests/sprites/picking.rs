@@ -63,7 +63,7 @@ fn spawn_scene(app: &mut App, seed: u64) {
     let holes = move |pixel: UVec2| texels[(pixel.y / 4 * size.x + pixel.x / 4) as usize];
     let sheet = add_image(app, image(size, holes));
     let layout = add_atlas(app, UVec2::new(16, 12), 4, 4);
-    for id in 0..150 {
+    for id in 0..300 {
         let texture_atlas = rng.random_bool(0.5).then(|| TextureAtlas {
             layout: layout.clone(),
             index: rng.random_range(0..16),

@@ -21,6 +21,7 @@ mod geometry;
 mod mesh_mesh;
 mod picking;
 mod spatial;
+mod sprites;
 mod sync;
 
 use std::process::ExitCode;

@@ -62,11 +62,11 @@ pub trait Surface: Send + Sync {
         false
     }
 
-    /// The plane that all of the surface lies in, if it is flat: its unit normal, and its distance from the origin along
-    /// that.
+    /// The plane that all of the surface lies in: its unit normal, and its distance from the origin along that. `None`,
+    /// the default, if there is none, or none that matters.
     ///
-    /// With it, what lies in parallel planes is told apart from afar: from the plane a hit on something that has been
-    /// moved, rotated or scaled gets digits that the ray no longer has in the space of the surface.
+    /// With it, layers in parallel planes are told apart from afar: hits on things that have been moved, rotated or
+    /// scaled get digits that the ray no longer has in the space of the surface.
     fn plane(&self) -> Option<(Vec3, f32)> {
         None
     }
