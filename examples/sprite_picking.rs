@@ -13,6 +13,7 @@
 mod panel;
 #[path = "shared/pointer.rs"]
 mod pointer;
+#[allow(dead_code, reason = "there are no models to load")]
 mod shared;
 
 use bevy::{
@@ -140,7 +141,7 @@ fn draw(is_inside: impl Fn(f32) -> bool) -> Image {
     paint(|pixel| is_inside((pixel.as_vec2() + 0.5).distance(middle) / middle.x))
 }
 
-/// A frame of 24 pixels with bevelled corners.
+/// A frame of 12 pixels with its corners cut off.
 fn draw_frame() -> Image {
     paint(|pixel| {
         let from_side = pixel.min(SIDE - 1 - pixel);
