@@ -46,7 +46,6 @@ impl From<Arc<dyn Surface>> for PickShape {
 /// The surface that a plugin of this crate has worked out from other components, and keeps in step with them. What the
 /// user says with a [`PickShape`] goes before it. Hit from both sides.
 #[derive(Component, Clone, Debug)]
-#[cfg_attr(not(feature = "sprite"), expect(dead_code, reason = "only sprites have one"))]
 pub(crate) struct DerivedShape(pub PickShape);
 
 impl fmt::Debug for PickShape {
