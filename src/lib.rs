@@ -5,7 +5,9 @@
 //! Arrows point downward only: what is below knows nothing of what is above.
 //!
 //! ```text
-//!      picking                   ECS plugins
+//!      sprite                    ECS plugins
+//!         |
+//!      picking
 //!         |
 //!       index      SpatialIndexPlugin, SceneQuery
 //!         |   \
@@ -35,6 +37,8 @@ pub mod mesh;
 #[cfg(feature = "picking")]
 pub mod picking;
 pub mod spatial;
+#[cfg(feature = "sprite")]
+pub mod sprite;
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
@@ -56,6 +60,9 @@ pub mod prelude {
 
     #[cfg(feature = "picking")]
     pub use crate::picking::{SpatialPickingPlugin, SpatialPickingSettings};
+
+    #[cfg(feature = "sprite")]
+    pub use crate::sprite::{AlphaTest, SpriteIndexPlugin, SpriteIndexSettings};
 }
 
 /// All plugins of this crate that the enabled features offer.
@@ -67,6 +74,8 @@ impl PluginGroup for SightlinePlugins {
         let group = PluginGroupBuilder::start::<Self>().add(index::SpatialIndexPlugin);
         #[cfg(feature = "picking")]
         let group = group.add(picking::SpatialPickingPlugin);
+        #[cfg(feature = "sprite")]
+        let group = group.add(sprite::SpriteIndexPlugin);
         group
     }
 }

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
-const FORBIDDEN: [(&str, &[&str]); 4] = [
+const FORBIDDEN: [(&str, &[&str]); 5] = [
     (
         "geometry",
         &[
@@ -16,6 +16,7 @@ const FORBIDDEN: [(&str, &[&str]); 4] = [
             "crate::mesh",
             "crate::index",
             "crate::picking",
+            "crate::sprite",
         ],
     ),
     (
@@ -29,6 +30,7 @@ const FORBIDDEN: [(&str, &[&str]); 4] = [
             "crate::mesh",
             "crate::index",
             "crate::picking",
+            "crate::sprite",
         ],
     ),
     (
@@ -42,9 +44,11 @@ const FORBIDDEN: [(&str, &[&str]); 4] = [
             "Res<",
             "crate::index",
             "crate::picking",
+            "crate::sprite",
         ],
     ),
-    ("index", &["crate::picking"]),
+    ("index", &["crate::picking", "crate::sprite"]),
+    ("picking", &["crate::sprite"]),
 ];
 
 #[test]

@@ -12,10 +12,10 @@
 //!
 //! # What a ray hits
 //!
-//! The entity's [`PickShape`], else its [`SimplifiedMesh`], else its `Mesh3d`, else its `Mesh2d`: of these meshes the
-//! triangles, or by [`HitSurface`] a volume around them. An entity without any of these is found by its box
-//! ([`SceneQuery::overlap`]) and hit by no ray. Back faces are passed through, except on `Mesh2d` and with
-//! [`RayCastBackfaces`].
+//! The entity's [`PickShape`], else its sprite (with the feature `sprite`), else its [`SimplifiedMesh`], else its
+//! `Mesh3d`, else its `Mesh2d`: of these meshes the triangles, or by [`HitSurface`] a volume around them. An entity
+//! without any of these is found by its box ([`SceneQuery::overlap`]) and hit by no ray. Back faces are passed through,
+//! except on sprites and `Mesh2d` and with [`RayCastBackfaces`].
 //!
 //! So each entity pays for the precision that it needs; what is beside its mesh costs the same for a mesh of any size:
 //!
@@ -66,6 +66,8 @@ pub use crate::geometry::ray::triangle::Backfaces;
 pub use components::{BoundedBy, HitSurface, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
 pub use meshes::{MeshBvhs, MeshStatus};
+#[cfg(feature = "sprite")]
+pub(crate) use pick_shape::DerivedShape;
 pub use pick_shape::PickShape;
 pub use pose::{PosedMeshes, PosingStats};
 pub use scene_query::{MeshContact, SceneQuery, SweepHit};

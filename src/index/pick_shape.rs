@@ -43,6 +43,11 @@ impl From<Arc<dyn Surface>> for PickShape {
     }
 }
 
+/// The surface that a plugin of this crate has worked out from other components, and keeps in step with them. What the
+/// user says with a [`PickShape`] goes before it. Hit from both sides.
+#[derive(Component, Clone, Debug)]
+pub(crate) struct DerivedShape(pub PickShape);
+
 impl fmt::Debug for PickShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("PickShape").field(&self.0.aabb()).finish()

@@ -60,8 +60,26 @@ impl PlacedSurface {
     /// In double precision, for [`Ray::transformed_by`]. `None` where the transform flattens the surface.
     #[inline]
     pub fn local_from_world(&self) -> Option<&DAffine3> {
-        let inverse = self.local_from_world.get_or_init(|| inverse(&self.world_from_local));
-        inverse.as_ref()
+        let inverse = || inverse(&self.world_from_local).or_else(|| self.inverse_in_plane());
+        self.local_from_world.get_or_init(inverse).as_ref()
+    }
+
+    /// Of a flat surface across z, the inverse of a transform that does what this does in the plane, and keeps the rest:
+    /// it does not matter that a scale for two dimensions has zero for the third.
+    fn inverse_in_plane(&self) -> Option<DAffine3> {
+        let (normal, _) = self.plane()?;
+        let mut in_plane = self.world_from_local;
+        let [x, y] = [in_plane.matrix3.x_axis, in_plane.matrix3.y_axis];
+        in_plane.matrix3.z_axis = x.cross(y).normalize();
+        (normal == Vec3::Z).then(|| inverse(&in_plane)).flatten()
+    }
+
+    /// The plane of the surface in its own space, if it is flat.
+    fn plane(&self) -> Option<(Vec3, f32)> {
+        match &self.shape {
+            Shape::Mesh(..) | Shape::Volume(..) => None,
+            Shape::Analytic(shape) => shape.surface().plane(),
+        }
     }
 
     /// The ray in the space of the surface, with the same parameters, if there is such a ray.
@@ -77,6 +95,23 @@ impl PlacedSurface {
             let world = local_from_world.matrix3.transpose() * normal.as_dvec3();
             world.normalize_or_zero().as_vec3()
         })
+    }
+
+    /// The parameter at which a ray in the world meets the plane of the surface, if that is flat.
+    ///
+    /// Parallel planes keep their order, and one plane is met at one parameter, whatever else the transforms do.
+    pub fn plane_parameter(&self, ray: &Ray) -> Option<f64> {
+        let (normal, offset) = self.plane()?;
+        let local_from_world = self.local_from_world()?;
+        let point = self
+            .world_from_local
+            .as_daffine3()
+            .transform_point3((normal * offset).as_dvec3());
+        // Of unit length, so that a scale leaves no trace.
+        let normal = (local_from_world.matrix3.transpose() * normal.as_dvec3()).normalize();
+        let t = normal.dot(point - Vec3::from(ray.origin()).as_dvec3())
+            / normal.dot(Vec3::from(ray.direction()).as_dvec3());
+        t.is_finite().then_some(t)
     }
 
     /// The mesh, if it is one or a volume of one.

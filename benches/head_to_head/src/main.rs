@@ -25,6 +25,7 @@ mod mesh;
 mod mesh_mesh;
 mod picking;
 mod spatial;
+mod sprites;
 mod sync;
 
 use std::process::ExitCode;

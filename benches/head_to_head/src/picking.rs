@@ -36,6 +36,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     Effort,
     compare::{compare, time},
+    sprites,
 };
 
 const PEER: &str = "bevy_picking 0.19.1";
@@ -49,6 +50,9 @@ pub(crate) fn run(effort: Effort) {
     };
     for (name, n) in sizes {
         Bench::with_entities(*n).run(&format!("picking/{name}"), 400);
+    }
+    for (name, n) in &sizes[1..] {
+        sprites::run(&format!("picking/sprites-{name}"), *n);
     }
     if effort == Effort::Full {
         Bench::with_one_mesh().run("picking/one-mesh-1M", 100);

@@ -63,6 +63,15 @@ pub trait Surface: Send + Sync {
         false
     }
 
+    /// The plane that all of the surface lies in: its unit normal, and its distance from the origin along that. `None`,
+    /// the default, if there is none, or none that matters.
+    ///
+    /// With it, layers in parallel planes are told apart from afar: hits on things that have been moved, rotated or
+    /// scaled get digits that the ray no longer has in the space of the surface.
+    fn plane(&self) -> Option<(Vec3, f32)> {
+        None
+    }
+
     /// The hit with the smallest parameter among those that belong to the ray, in the space of the surface.
     ///
     /// With [`Backfaces::Cull`] the ray passes through what it sees from behind, so that a ray from inside a closed
@@ -85,6 +94,10 @@ macro_rules! surface_behind {
 
             fn is_empty(&self) -> bool {
                 (**self).is_empty()
+            }
+
+            fn plane(&self) -> Option<(Vec3, f32)> {
+                (**self).plane()
             }
 
             #[inline]

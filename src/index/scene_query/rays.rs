@@ -34,13 +34,23 @@ impl SceneQuery<'_, '_> {
     /// The nearest hit of a ray.
     ///
     /// Exact: the surfaces themselves are tested, as [`crate::index`] says. Of hits at one distance, up to rounding,
-    /// the smallest entity wins, by its [`Ord`]. A ray with a NaN or infinite origin hits nothing.
+    /// the smallest entity wins, by its [`Ord`]; flat surfaces are first told apart by their planes in double precision. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
         let ray = Ray::from_ray3d(ray, settings.max_distance)?;
-        let (_, _, closest) = self.tree(settings).closest_hit(&ray, |key, rest| {
-            let hit = self.hit_surface(key, rest, settings)?;
-            self.confirm(key.entity, settings).then_some((hit.t(), hit))
-        })?;
+        let mut rest = ray;
+        let mut closest: Option<EntityHit> = None;
+        self.tree(settings).visit_ray(&ray, |key, _| {
+            let Some(hit) = self.hit_surface(key, &rest, settings) else {
+                return Visit::Continue;
+            };
+            let precedes = closest.as_ref().is_none_or(|closest| hit.precedes(closest, &ray));
+            if !precedes || !self.confirm(key.entity, settings) {
+                return Visit::Continue;
+            }
+            rest = rest.with_t_max(hit.t());
+            Visit::Shorten(closest.insert(hit).t())
+        });
+        let closest = closest?;
         self.ray_hit(&ray, &closest)
     }
 
@@ -75,7 +85,7 @@ impl SceneQuery<'_, '_> {
 
     /// All hits of a ray, nearest first, written over `hits`: for each entity its nearest.
     ///
-    /// Hits at one distance come in the order of their entities.
+    /// Hits at one distance come in the order in which [`cast_ray`](Self::cast_ray) prefers them.
     pub fn cast_ray_all(&self, ray: Ray3d, settings: &SceneQuerySettings, hits: &mut Vec<RayHit>) {
         self.cast_ray_until(ray, settings, |_| false, hits);
     }
@@ -114,7 +124,15 @@ impl SceneQuery<'_, '_> {
             Visit::Shorten(hit.t())
         });
         hits.retain(|hit| hit.distance <= blocked_at);
-        hits.sort_unstable_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.entity.cmp(&b.entity)));
+        let depth = |hit: &RayHit| {
+            let surface = self.index.surface_of(hit.entity);
+            surface.map_or(0.0, |surface| exact_depth(surface, &ray, hit.distance))
+        };
+        hits.sort_unstable_by(|a, b| {
+            (a.distance.total_cmp(&b.distance))
+                .then_with(|| depth(a).total_cmp(&depth(b)))
+                .then(a.entity.cmp(&b.entity))
+        });
     }
 
     /// Whether a ray hits anything. Cheaper than [`cast_ray`](Self::cast_ray): it stops at the first hit it finds.
@@ -171,7 +189,11 @@ impl SceneQuery<'_, '_> {
                 let local = surface.ray_to_local(ray)?;
                 let hit = shape.surface().closest_hit(&local, backfaces);
                 // A surface of the user's own may be wrong.
-                Hit::Surface(hit.filter(|hit| local.has_parameter(hit.t))?)
+                let mut hit = hit.filter(|hit| local.has_parameter(hit.t))?;
+                if let Some(exact) = surface.plane_parameter(ray) {
+                    hit.t = (exact as f32).clamp(ray.t_min(), ray.t_max());
+                }
+                Hit::Surface(hit)
             }
         };
         let entity = key.entity;
@@ -295,6 +317,15 @@ enum Hit {
 }
 
 impl EntityHit<'_> {
+    /// Whether this hit comes before another on the ray.
+    fn precedes(&self, other: &Self, ray: &Ray) -> bool {
+        let depth = |hit: &Self| exact_depth(hit.surface, ray, hit.t());
+        let order = (self.t().total_cmp(&other.t()))
+            .then_with(|| depth(self).total_cmp(&depth(other)))
+            .then(self.entity.cmp(&other.entity));
+        order.is_lt()
+    }
+
     fn t(&self) -> f32 {
         match &self.hit {
             Hit::Triangle(hit) => hit.t,
@@ -305,4 +336,9 @@ impl EntityHit<'_> {
 
 fn backfaces(surface: &PlacedSurface, settings: &SceneQuerySettings) -> Backfaces {
     settings.backfaces.unwrap_or(surface.backfaces)
+}
+
+/// The parameter of a hit, as far as it is known beyond single precision: it decides between hits at one distance.
+fn exact_depth(surface: &PlacedSurface, ray: &Ray, t: f32) -> f64 {
+    surface.plane_parameter(ray).unwrap_or(f64::from(t))
 }

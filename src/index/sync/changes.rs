@@ -23,7 +23,7 @@ use smallvec::SmallVec;
 
 use crate::index::{
     BoundedBy, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
-    spatial_index::Moves,
+    pick_shape::DerivedShape, spatial_index::Moves,
 };
 
 /// Fewer entities than this are not worth a task.
@@ -42,6 +42,7 @@ type HasBounds = Or<(
     With<Mesh3d>,
     With<SimplifiedMesh>,
     With<PickShape>,
+    With<DerivedShape>,
 )>;
 
 /// What the index reads of entities, with the times of the changes.
@@ -53,6 +54,7 @@ type Watched = (
     Option<Ref<'static, Mesh3d>>,
     Option<Ref<'static, SimplifiedMesh>>,
     Option<Ref<'static, PickShape>>,
+    Option<Ref<'static, DerivedShape>>,
     Option<Ref<'static, BoundedBy>>,
     Option<Ref<'static, HitSurface>>,
     Option<Ref<'static, InheritedVisibility>>,
@@ -69,6 +71,7 @@ type AnyChanged = Or<(
     Changed<Mesh3d>,
     Changed<SimplifiedMesh>,
     Changed<PickShape>,
+    Changed<DerivedShape>,
     Changed<BoundedBy>,
     Changed<HitSurface>,
     Changed<InheritedVisibility>,
@@ -146,7 +149,7 @@ struct Table<'w> {
     /// When each `Aabb` was changed, if the entities have any.
     resized: Option<&'w [Tick]>,
     /// When each of the other components was changed, of those that the entities have.
-    others: SmallVec<[&'w [Tick]; 10]>,
+    others: SmallVec<[&'w [Tick]; 11]>,
 }
 
 impl<'w> Table<'w> {
@@ -159,6 +162,7 @@ impl<'w> Table<'w> {
             mesh_3d,
             simplified,
             shape,
+            derived,
             bounded_by,
             hit_surface,
             visible,
@@ -173,6 +177,7 @@ impl<'w> Table<'w> {
             Option<ContiguousRef<'w, Mesh3d>>,
             Option<ContiguousRef<'w, SimplifiedMesh>>,
             Option<ContiguousRef<'w, PickShape>>,
+            Option<ContiguousRef<'w, DerivedShape>>,
             Option<ContiguousRef<'w, BoundedBy>>,
             Option<ContiguousRef<'w, HitSurface>>,
             Option<ContiguousRef<'w, InheritedVisibility>>,
@@ -186,6 +191,7 @@ impl<'w> Table<'w> {
             ticks(mesh_3d),
             ticks(simplified),
             ticks(shape),
+            ticks(derived),
             ticks(bounded_by),
             ticks(hit_surface),
             ticks(visible),
@@ -256,6 +262,7 @@ pub(in crate::index) struct Removed<'w, 's> {
     mesh_3d: RemovedComponents<'w, 's, Mesh3d>,
     simplified_mesh: RemovedComponents<'w, 's, SimplifiedMesh>,
     shape: RemovedComponents<'w, 's, PickShape>,
+    derived: RemovedComponents<'w, 's, DerivedShape>,
     bounded_by: RemovedComponents<'w, 's, BoundedBy>,
     hit_surface: RemovedComponents<'w, 's, HitSurface>,
     visibility: RemovedComponents<'w, 's, InheritedVisibility>,
@@ -277,6 +284,7 @@ impl Removed<'_, '_> {
             .chain(self.mesh_3d.read())
             .chain(self.simplified_mesh.read())
             .chain(self.shape.read())
+            .chain(self.derived.read())
             .chain(self.bounded_by.read())
             .chain(self.hit_surface.read())
             .chain(self.visibility.read())

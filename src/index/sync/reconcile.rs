@@ -28,6 +28,7 @@ use crate::{
         BoundedBy, HitSurface, MeshBvhs, NoSpatialIndex, PickShape, PosedMeshes, RayCastBackfaces, Refusal,
         SimplifiedMesh, SpatialIndex,
         meshes::Role,
+        pick_shape::DerivedShape,
         pose::{PoseId, PoseInputs},
         spatial_index::{Contents, Entry, Moves},
         surface::{PlacedSurface, Shape},
@@ -44,6 +45,7 @@ pub(in crate::index) struct Indexed {
     mesh_3d: Option<&'static Mesh3d>,
     simplified_mesh: Option<&'static SimplifiedMesh>,
     shape: Option<&'static PickShape>,
+    derived: Option<&'static DerivedShape>,
     bounded_by: Option<&'static BoundedBy>,
     hit_surface: Option<&'static HitSurface>,
     visibility: Option<&'static InheritedVisibility>,
@@ -203,7 +205,7 @@ impl Reconciler<'_> {
                 (local, world, world_from_local)
             }
         };
-        let backfaces = if item.has_backfaces || item.mesh_2d.is_some() {
+        let backfaces = if item.has_backfaces || item.mesh_2d.is_some() || item.derived.is_some() {
             Backfaces::Include
         } else {
             Backfaces::Cull
@@ -278,7 +280,7 @@ impl Reconciler<'_> {
 
 /// What rays hit on an entity.
 fn pick_shape(item: &IndexedItem) -> Option<Shape> {
-    if let Some(shape) = item.shape {
+    if let Some(shape) = item.shape.or(item.derived.map(|derived| &derived.0)) {
         return Some(Shape::Analytic(shape.clone()));
     }
     let simplified = item.simplified_mesh.map(|mesh| mesh.0.id());

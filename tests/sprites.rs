@@ -1,0 +1,17 @@
+//! Sprites are hit where Bevy draws them, and picked as by Bevy's own backend.
+
+#[allow(dead_code, reason = "shared with the other tests")]
+mod common;
+
+#[path = "sprites/drawn.rs"]
+mod drawn;
+#[path = "sprites/follow.rs"]
+mod follow;
+#[path = "sprites/holes.rs"]
+mod holes;
+#[path = "sprites/order.rs"]
+mod order;
+#[path = "sprites/picking.rs"]
+mod picking;
+#[path = "sprites/scene.rs"]
+mod scene;
