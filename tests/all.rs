@@ -8,6 +8,8 @@ mod geometry;
 mod layering;
 mod mesh;
 mod mesh_contacts;
+mod mesh_queries;
+mod mesh_serialize;
 mod pick_shape;
 mod picking;
 mod properties;

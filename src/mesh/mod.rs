@@ -4,8 +4,14 @@
 
 pub mod bvh;
 pub mod mesh_mesh;
+pub mod queries;
+pub mod serialize;
 pub mod triangles;
+mod validate;
 
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
+pub use queries::{SphereContact, SurfacePoint, TriangleRegion};
+pub use serialize::UnreadableBvh;
 pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};
+pub use validate::BrokenMeshBvh;
