@@ -9,6 +9,8 @@ mod layering;
 mod mesh;
 mod mesh_assets;
 mod mesh_contacts;
+mod mesh_queries;
+mod mesh_serialize;
 mod pick_shape;
 mod picking;
 mod properties;

@@ -85,6 +85,13 @@ pub const GJK_CONVERGENCE: f64 = 1e-11;
 /// is 2⁸ times the former, and 10⁴ times below the spacing of `f32`.
 pub const SWEEP_CONTACT: f64 = 256.0 * DOUBLE;
 
+/// How close to the centre of a moving sphere the point that it touches is the centre, as a fraction of the largest
+/// coordinate in play: the direction from the one to the other is then no normal.
+///
+/// The parameter of the contact is rounded to `f32`, by u of the way to there; at 16u the direction is right to a
+/// sixteenth.
+pub const CONTACT_NORMAL: f64 = 8.0 * f32::EPSILON as f64;
+
 /// Bound on the rounding of an orientation determinant in `f64`, as a fraction of the sum of the magnitudes of its
 /// products.
 ///

@@ -70,6 +70,18 @@ impl MeshBvh {
     /// infinite.
     pub fn refit(&mut self, positions: &[Vec3]) {
         self.mesh.move_vertices(positions);
+        self.fit_boxes();
+    }
+
+    /// The hierarchy with these nodes, whatever boxes they have, over the slots of `mesh`.
+    pub(super) fn from_parts(nodes: Vec<WideNode>, mesh: TriangleMesh) -> Self {
+        let mut bvh = Self { nodes, mesh };
+        bvh.fit_boxes();
+        bvh
+    }
+
+    /// Fits every box to what is below it.
+    fn fit_boxes(&mut self) {
         // Children come after their parents.
         for index in (0..self.nodes.len()).rev() {
             for lane in 0..self.nodes[index].len() {
@@ -142,7 +154,7 @@ impl MeshBvh {
 }
 
 /// The slots of a leaf in 31 bits.
-fn pack_slots(first: u32, count: u32) -> u32 {
+pub(super) fn pack_slots(first: u32, count: u32) -> u32 {
     debug_assert!(count as usize <= LEAF_SIZE && first < 1 << 28);
     first << 3 | count
 }

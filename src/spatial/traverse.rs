@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 use super::{
     Region, Sweep, Visit,
     lanes::{Approach, Entering, LanePolytope, LaneRegion, Splat},
-    region::OutlineKind,
+    region::{Outline, OutlineKind},
     simd::{LANES, Simd, Task, dispatch, prefetch},
     sweep::slack_reach,
     wide::{Child, NodeIndex, PackedChild, WideNode},
@@ -228,15 +228,29 @@ pub(crate) fn visit_region(
     region: &impl Region,
     visit: impl FnMut(Found) -> ControlFlow<()>,
 ) {
+    visit_outline(nodes, root, mask, &region.outline(), |aabb| region.touches(aabb), visit);
+}
+
+/// Visits what has a bit of `mask` and touches a region with this outline. Of leaves that may, `touches` decides, unless
+/// the outline is the region itself.
+#[inline]
+pub(crate) fn visit_outline(
+    nodes: &[WideNode],
+    root: NodeIndex,
+    mask: u32,
+    outline: &Outline,
+    touches: impl Fn(&Aabb3d) -> bool,
+    visit: impl FnMut(Found) -> ControlFlow<()>,
+) {
     // Where the lanes tell all that there is to know, nothing else is asked.
     let exact = |_: &Aabb3d| true;
-    match &region.outline().0 {
+    match &outline.0 {
         OutlineKind::Aabb(lanes) => in_region(nodes, root, mask, lanes, exact, visit),
         OutlineKind::Sphere(lanes) => in_region(nodes, root, mask, lanes, exact, visit),
         OutlineKind::HalfSpaces(planes) => in_region(nodes, root, mask, &planes[..], exact, visit),
         OutlineKind::Polytope { bounds, planes } => {
             let lanes = LanePolytope { bounds, planes };
-            in_region(nodes, root, mask, &lanes, |aabb| region.touches(aabb), visit);
+            in_region(nodes, root, mask, &lanes, touches, visit);
         }
     }
 }
