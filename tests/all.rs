@@ -7,6 +7,7 @@ mod differential;
 mod geometry;
 mod layering;
 mod mesh;
+mod mesh_build;
 mod mesh_contacts;
 mod pick_shape;
 mod picking;

@@ -2,10 +2,12 @@
 //!
 //! Knows Bevy's [`Mesh`](bevy::mesh::Mesh) and nothing else of Bevy. Everything is in the local space of the mesh.
 
+pub mod build;
 pub mod bvh;
 pub mod mesh_mesh;
 pub mod triangles;
 
+pub use build::MeshBuildSettings;
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
 pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};
