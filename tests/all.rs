@@ -8,6 +8,7 @@ mod geometry;
 mod layering;
 mod mesh;
 mod mesh_assets;
+mod mesh_build;
 mod mesh_contacts;
 mod mesh_queries;
 mod mesh_serialize;

@@ -339,7 +339,7 @@ fn triangles_that_bevy_drops_for_being_tiny_are_hit() {
 /// A piece of the example city: every model in `assets`, loaded through Bevy's glTF loader, many times over.
 fn city(rng: &mut ChaCha8Rng) -> App {
     let mut app = headless_app_with(|app| {
-        app.add_plugins((WorldSerializationPlugin, GltfPlugin::default()));
+        app.add_plugins((WorldSerializationPlugin, AnimationPlugin, GltfPlugin::default()));
     });
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
     let mut names: Vec<String> = std::fs::read_dir(folder)

@@ -15,8 +15,7 @@ use crate::{
         surface::{Surface, SurfaceHit},
     },
     spatial::{
-        BuildStrategy, Visit,
-        build::{BuildItem, Builder},
+        Visit,
         lanes::Entering,
         traverse::visit_in_order,
         wide::{Child, EVERY_MASK, WideNode},
@@ -35,32 +34,12 @@ pub(super) const LEAF_SIZE: usize = 6;
 #[derive(Clone, Debug)]
 pub struct MeshBvh {
     /// The root first.
-    nodes: Vec<WideNode>,
+    pub(super) nodes: Vec<WideNode>,
     /// Its slots are in the order of the leaves.
-    mesh: TriangleMesh,
+    pub(super) mesh: TriangleMesh,
 }
 
 impl MeshBvh {
-    /// Builds the hierarchy top down by the binned surface area heuristic, in O(n log n).
-    pub fn build(mesh: &TriangleMesh) -> Self {
-        let mut items: Vec<BuildItem> = (0..mesh.len() as u32)
-            .map(|index| BuildItem::new(&mesh.triangle_box(index), EVERY_MASK, index))
-            .collect();
-        let mut nodes = Vec::new();
-        Builder::default().build(
-            BuildStrategy::BinnedSah,
-            LEAF_SIZE,
-            &mut items,
-            &mut nodes,
-            |items, first, _, _| pack_slots(first as u32, items.len() as u32),
-            |_, _, _| {},
-        );
-        Self {
-            nodes,
-            mesh: mesh.reordered(items.iter().map(BuildItem::index)),
-        }
-    }
-
     /// Moves the vertices of the mesh, vertex `i` to `positions[i]`, and fits every box to what is below it, in O(n). The
     /// answers are those of a hierarchy built anew; the farther the vertices have moved, the longer they take.
     ///

@@ -2,21 +2,21 @@
 //!
 //! Knows Bevy's [`Mesh`](bevy::mesh::Mesh) and nothing else of Bevy. Everything is in the local space of the mesh.
 
+pub mod build;
 pub mod bvh;
 pub mod mesh_mesh;
 pub mod pose;
 pub mod queries;
 pub mod serialize;
-mod stand_ins;
 pub mod triangles;
 mod validate;
 
+pub use build::MeshBuildSettings;
 pub use bvh::MeshBvh;
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
 pub use pose::{MeshDeformer, Pose, PosedMesh};
 pub use queries::{SphereContact, SurfacePoint, TriangleRegion};
 pub use serialize::UnreadableBvh;
-pub use stand_ins::{BuildProgress, MeshBuildSettings};
 pub(crate) use triangles::MeshEdit;
 pub use triangles::{HULL_CORNERS, TriangleHit, TriangleMesh, UnusableMesh};
 pub use validate::BrokenMeshBvh;

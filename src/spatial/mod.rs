@@ -102,7 +102,7 @@ pub(crate) mod wide;
 
 pub use aabb_tree::AabbTree;
 pub use brute_force::BruteForce;
-pub use build::BuildStrategy;
+pub use build::{BuildProgress, BuildStrategy};
 pub use kd_tree::{KdTree, PointKdTree};
 pub use leaves::LeafId;
 pub use octree::Octree;

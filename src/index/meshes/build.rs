@@ -4,7 +4,11 @@ use std::sync::Arc;
 
 use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready};
 
-use crate::mesh::{BuildProgress, MeshBuildSettings, MeshBvh, TriangleMesh};
+use super::Triangles;
+use crate::{
+    mesh::{MeshBuildSettings, MeshBvh},
+    spatial::{BuildProgress, BuildStrategy},
+};
 
 /// A hierarchy that is being built on the pool; cancelled when it is dropped.
 #[derive(Debug)]
@@ -16,11 +20,15 @@ pub(in crate::index) struct Build {
 }
 
 impl Build {
-    pub fn start(mesh: Arc<TriangleMesh>) -> Self {
+    pub fn start(triangles: Triangles, strategy: BuildStrategy) -> Self {
         let progress = Arc::new(BuildProgress::default());
         let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn({
             let progress = progress.clone();
-            async move { MeshBvh::build_with(&mesh, &MeshBuildSettings::default(), Some(&progress)) }
+            let settings = MeshBuildSettings {
+                strategy,
+                ..MeshBuildSettings::default()
+            };
+            async move { MeshBvh::build_with(&triangles, &settings, Some(&progress)) }
         });
         Self {
             progress,
@@ -50,12 +58,13 @@ impl Drop for Build {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::TriangleMesh;
     use bevy::{math::primitives::Cuboid, mesh::Mesh};
 
     #[test]
     fn a_build_that_is_dropped_is_cancelled() {
         let mesh = TriangleMesh::from_mesh(&Mesh::from(Cuboid::default())).expect("a usable mesh");
-        let build = Build::start(Arc::new(mesh.clone()));
+        let build = Build::start(Triangles::Bare(Arc::new(mesh.clone())), BuildStrategy::Ploc);
         let progress = build.progress.clone();
         drop(build);
         let built = MeshBvh::build_with(&mesh, &MeshBuildSettings::default(), Some(&progress));

@@ -6,7 +6,13 @@ use super::build::Build;
 use crate::{
     index::triangles::TrianglesRef,
     mesh::{MeshBvh, MeshEdit, TriangleMesh},
+    spatial::BuildStrategy,
 };
+
+/// How a hierarchy is built that rays wait for, or that is soon worn again.
+const IN_HASTE: BuildStrategy = BuildStrategy::Ploc;
+/// How a hierarchy is built of a mesh that stays as it is, beside the use of another.
+const AT_LEISURE: BuildStrategy = BuildStrategy::Reinsertion;
 
 /// The triangles of a mesh as it is now, with the hierarchy over them if there is one. Shared with what is being built.
 #[derive(Clone, Debug)]
@@ -43,7 +49,9 @@ pub(in crate::index) struct Loaded {
     /// The next hierarchy: of the same triangles, with their vertices where they are or where they were.
     build: Option<Build>,
     /// What the hierarchy cost when it was built.
-    cost_when_built: f32,
+    cost_when_built: f64,
+    /// Whether the vertices have been edited: who is edited once is edited again.
+    is_edited: bool,
 }
 
 impl Loaded {
@@ -52,6 +60,7 @@ impl Loaded {
             triangles: Triangles::Bare(Arc::new(mesh)),
             build: None,
             cost_when_built: 0.0,
+            is_edited: false,
         }
     }
 
@@ -65,10 +74,11 @@ impl Loaded {
         self.build.as_ref().map(Build::fraction)
     }
 
-    /// Begins to build a hierarchy, if there is none and none on its way.
+    /// Begins to build a hierarchy, if there is none and none on its way: in haste, for rays test all triangles until it
+    /// is there.
     pub fn build(&mut self) {
         if let (Triangles::Bare(mesh), None) = (&self.triangles, &self.build) {
-            self.build = Some(Build::start(Arc::clone(mesh)));
+            self.build = Some(Build::start(Triangles::Bare(Arc::clone(mesh)), IN_HASTE));
         }
     }
 
@@ -81,8 +91,10 @@ impl Loaded {
         let edit = self.triangles.edit_to(&edited);
         if edit == MeshEdit::Topology {
             *self = Self::new(edited);
+            self.is_edited = true;
             return edit;
         }
+        self.is_edited |= edit == MeshEdit::Positions;
         if let Some(build) = &mut self.build {
             build.is_outdated = true;
         }
@@ -91,16 +103,18 @@ impl Loaded {
             Triangles::Built(bvh) => {
                 let bvh = Arc::make_mut(bvh);
                 bvh.take_vertices_of(&edited, edit);
-                let is_worn = edit == MeshEdit::Positions && bvh.sah_cost() > self.cost_when_built * rebuild_factor;
+                let is_worn =
+                    edit == MeshEdit::Positions && bvh.sah_cost() > self.cost_when_built * f64::from(rebuild_factor);
                 if is_worn && self.build.is_none() {
-                    self.build = Some(Build::start(Arc::new(edited)));
+                    self.build = Some(Build::start(Triangles::Bare(Arc::new(edited)), IN_HASTE));
                 }
             }
         }
         edit
     }
 
-    /// Takes over the hierarchy that was being built, if it is done; returns whether it was.
+    /// Takes over the hierarchy that was being built, if it is done; returns whether it was. The first one of a mesh that
+    /// nobody edits is followed by a better one.
     pub fn collect_built(&mut self) -> bool {
         let Some(mut bvh) = self.build.as_mut().and_then(Build::take_built) else {
             return false;
@@ -109,7 +123,11 @@ impl Loaded {
         if self.build.take().is_some_and(|build| build.is_outdated) {
             bvh.take_vertices_of(&self.triangles, MeshEdit::Positions);
         }
+        let is_first = !self.has_hierarchy();
         self.triangles = Triangles::Built(Arc::new(bvh));
+        if is_first && !self.is_edited {
+            self.build = Some(Build::start(self.triangles.clone(), AT_LEISURE));
+        }
         true
     }
 
@@ -122,6 +140,7 @@ impl Loaded {
             },
             build: None,
             cost_when_built: 0.0,
+            is_edited: false,
         }
     }
 

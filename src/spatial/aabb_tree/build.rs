@@ -10,7 +10,7 @@ use crate::{
     geometry::aabb::Aabb3dExt,
     spatial::{
         BuildStrategy, LeafId, UnsoundBox,
-        build::{BuildItem, Builder},
+        build::{BuildItem, Builder, Leaves, Order},
         wide::{NodeIndex, WideNode},
     },
 };
@@ -139,9 +139,8 @@ pub(super) fn build_nodes(
     links: &mut Vec<NodeLink>,
 ) {
     links.clear();
-    builder.build(
-        strategy,
-        1,
+    let built = builder.build(
+        &Order::new(strategy, Leaves::SINGLE),
         items,
         nodes,
         |items, _, _, _| items[0].index(),
@@ -154,4 +153,5 @@ pub(super) fn build_nodes(
             });
         },
     );
+    built.expect("nothing calls it off");
 }

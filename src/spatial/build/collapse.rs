@@ -6,6 +6,7 @@ use smallvec::SmallVec;
 
 use super::{
     plan::{Plan, Shares},
+    progress::{Cancelled, Stage},
     tagged_box::{BinaryNode, BuildItem},
 };
 use crate::spatial::{
@@ -24,7 +25,12 @@ pub(super) struct Collapse<'a, L, N> {
     pub nodes: &'a mut Vec<WideNode>,
     pub leaf: L,
     pub node: N,
+    /// Of as many steps as there are items.
+    pub stage: &'a Stage<'a>,
 }
+
+/// Progress is told where so many items and more are done, up to sixteen times as many.
+const STEP: u32 = 1 << 10;
 
 /// What becomes the children of a wide node.
 type Parts = SmallVec<[BinaryNode; LANES]>;
@@ -35,15 +41,16 @@ where
     N: FnMut(NodeIndex, Option<(NodeIndex, usize)>, Range<usize>),
 {
     /// Writes everything, over nodes and items that are empty.
-    pub(super) fn run(mut self, root: &BinaryNode) {
+    pub(super) fn run(mut self, root: &BinaryNode) -> Result<(), Cancelled> {
         (self.node)(0, None, 0..root.count() as usize);
         self.nodes.push(WideNode::EMPTY);
-        self.fill(0, root);
+        self.fill(0, root)?;
+        Ok(())
     }
 
     /// Gives a node its children and all that is below them, and returns the mask of all that. Never deeper than the
     /// binary hierarchy.
-    fn fill(&mut self, node: NodeIndex, above: &BinaryNode) -> u32 {
+    fn fill(&mut self, node: NodeIndex, above: &BinaryNode) -> Result<u32, Cancelled> {
         let mut parts = Parts::new();
         if above.count() <= self.leaf_size {
             parts.push(*above);
@@ -68,11 +75,10 @@ where
             let (mask, child) = if part.count() > self.leaf_size {
                 let child = next_child;
                 next_child += 1;
-                (self.fill(child, part), Child::Node(child))
+                (self.fill(child, part)?, Child::Node(child))
             } else {
                 let first = self.items.len();
-                self.items
-                    .extend(ring(self.rings, part).map(|item| self.unordered[item]));
+                self.gather(part);
                 let items = &self.items[first..];
                 let mask = items.iter().fold(0, |mask, item| mask | item.mask());
                 (mask, Child::Leaf((self.leaf)(items, first, node, lane)))
@@ -80,7 +86,22 @@ where
             self.nodes[node as usize].set(lane, &part.aabb(), mask, child);
             all |= mask;
         }
-        all
+        if (STEP..16 * STEP).contains(&above.count()) {
+            self.stage.advance(above.count() as usize / 4)?;
+        }
+        Ok(all)
+    }
+
+    /// Appends all items below a node.
+    fn gather(&mut self, node: &BinaryNode) {
+        if self.plan.is_bag(node) {
+            let items = ring(self.rings, node).map(|item| self.unordered[item]);
+            self.items.extend(items);
+        } else {
+            let first = node.first() as usize;
+            self.gather(&self.tree[first]);
+            self.gather(&self.tree[first + 1]);
+        }
     }
 
     /// Appends what a node becomes in so many lanes.

@@ -2,15 +2,16 @@
 
 use bevy::math::bounding::BoundingVolume;
 
-use super::tagged_box::BinaryNode;
+use super::{Leaves, tagged_box::BinaryNode};
 use crate::spatial::simd::{self, LANES, Simd, Task};
-
-/// What an item of a leaf costs, where a node costs one.
-const ITEM_COST: f32 = 0.3;
 
 /// What a node costs for the memory that it takes, where to be met as often as a typical node costs one. Measured: so
 /// nodes have 6.3 children on average in place of 6.1, and rays visit as many.
 const MEMORY_COST: f32 = 0.25;
+
+/// The same where all items are told apart: without bags, which fill nodes, there would be less than five children on
+/// average.
+const MEMORY_COST_WITHOUT_BAGS: f32 = 1.0;
 
 /// What it costs to give all that is below a node to one lane of a wide node, to two, and so on to eight.
 type Costs = [f32; LANES];
@@ -27,7 +28,7 @@ type Costs = [f32; LANES];
 pub(super) struct Plan {
     /// By the pairs that children are.
     costs: Vec<Costs>,
-    leaf_size: u32,
+    leaves: Leaves,
     bag_size: u32,
     memory_cost: f32,
 }
@@ -53,13 +54,18 @@ impl Plan {
         root: &BinaryNode,
         tree: &[BinaryNode],
         children_first: bool,
-        leaf_size: u32,
+        leaves: Leaves,
         bag_size: u32,
     ) {
-        self.leaf_size = leaf_size;
+        self.leaves = leaves;
         self.bag_size = bag_size;
         // Where nothing has an area, the number of nodes alone decides.
-        self.memory_cost = (MEMORY_COST * typical_area(tree)).max(f32::MIN_POSITIVE);
+        let memory_cost = if bag_size > 1 {
+            MEMORY_COST
+        } else {
+            MEMORY_COST_WITHOUT_BAGS
+        };
+        self.memory_cost = (memory_cost * typical_area(tree)).max(f32::MIN_POSITIVE);
         self.costs.clear();
         self.costs.resize(tree.len() / 2, [0.0; LANES]);
         simd::dispatch(Planning {
@@ -86,8 +92,8 @@ impl Plan {
         let count = node.count();
         if !self.is_bag(node) {
             *self.costs_of_inner(node)
-        } else if self.leaf_size > 1 {
-            [area(node) * count as f32 * ITEM_COST; LANES]
+        } else if self.leaves.most > 1 {
+            [self.leaf(node); LANES]
         } else {
             let whole = if count > 1 { area(node) + self.memory_cost } else { 0.0 };
             let mut costs = [0.0; LANES];
@@ -96,6 +102,13 @@ impl Plan {
             }
             costs
         }
+    }
+
+    /// The cost of a leaf.
+    #[inline(always)]
+    fn leaf(&self, node: &BinaryNode) -> f32 {
+        let packets = node.count().div_ceil(self.leaves.packet) as f32;
+        packets * self.leaves.packet_cost * (area(node) + self.memory_cost)
     }
 
     /// The cost of a node from those of its children.
@@ -113,7 +126,11 @@ impl Plan {
             let rest = shifted[LANES - lanes..][..LANES].try_into().expect("eight lanes");
             shared = simd.min(simd.add(simd.splat(a[lanes - 1]), simd.load(rest)), shared);
         }
-        let whole = area(node) + self.memory_cost + simd.store(shared)[LANES - 1];
+        let whole = if node.count() <= self.leaves.most {
+            self.leaf(node)
+        } else {
+            area(node) + self.memory_cost + simd.store(shared)[LANES - 1]
+        };
         self.costs[first / 2] = simd.store(simd.min(simd.splat(whole), shared));
     }
 
@@ -122,7 +139,7 @@ impl Plan {
     pub(super) fn shares(&self, node: &BinaryNode, tree: &[BinaryNode], lanes: usize, is_wide: bool) -> Shares {
         let count = node.count();
         if self.is_bag(node) {
-            let all_items = self.leaf_size == 1 && (is_wide || lanes >= count as usize);
+            let all_items = self.leaves.most == 1 && (is_wide || lanes >= count as usize);
             return if all_items { Shares::Items } else { Shares::Whole };
         }
         let first = node.first() as usize;
@@ -144,7 +161,7 @@ impl Plan {
 
 /// The area of a node, or so much that the sum over all nodes is still finite.
 #[inline(always)]
-fn area(node: &BinaryNode) -> f32 {
+pub(super) fn area(node: &BinaryNode) -> f32 {
     const MOST: f32 = f32::MAX / (1_u64 << 33) as f32;
     // Also for a NaN, of what is infinite one way and flat another.
     node.aabb().visible_area().min(MOST)

@@ -9,7 +9,9 @@ use std::{hint::select_unpredictable, ops::Range};
 
 use super::{
     nearest::{self, EVERY_TWO, Key, MARGIN, NO_KEY, Search, WINDOW},
+    progress::{Cancelled, Stage},
     tagged_box::{BinaryNode, BuildItem},
+    workers::{Errand, Workers},
 };
 use crate::spatial::simd::{self, Simd, Task};
 
@@ -20,6 +22,8 @@ const STALL: usize = 16;
 
 /// The first rounds are for so many items at a time, whose clusters stay in the cache of a core meanwhile.
 const BLOCK: usize = 4096;
+/// So many items are clustered side by side with others.
+const PART: usize = 16 * BLOCK;
 /// A block is done with when one cluster in so many is left.
 const LEFT_OF_BLOCK: usize = 8;
 
@@ -38,64 +42,153 @@ impl Ploc {
     }
 
     /// Builds a hierarchy over items that are in the order of a curve, and returns its root. Writes the other nodes over
-    /// `tree`, children first, and the rings of its bags over `rings`.
+    /// `tree`, children first, and the rings of its bags over `rings`. The stage has as many steps as there are items.
     pub(super) fn build(
         &mut self,
         items: &[BuildItem],
         bag_size: u32,
         tree: &mut Vec<BinaryNode>,
         rings: &mut Vec<u32>,
-    ) -> BinaryNode {
+        workers: &dyn Workers,
+        stage: &Stage,
+    ) -> Result<BinaryNode, Cancelled> {
         tree.clear();
         rings.clear();
         rings.extend(0..items.len() as u32);
         self.clusters.clear();
+        if workers.count() > 1 && items.len() > PART {
+            self.build_parts(items, bag_size, tree, rings, workers, stage)?;
+        } else {
+            simd::dispatch(Clustering {
+                items,
+                clusters: &mut self.clusters,
+                keys: &mut self.keys,
+                merged: Merged {
+                    tree,
+                    rings,
+                    start: 0,
+                    bag_size,
+                },
+                stage,
+            })?;
+        }
         simd::dispatch(Clustering {
-            items,
+            items: &[],
             clusters: &mut self.clusters,
             keys: &mut self.keys,
-            merged: Merged { tree, rings, bag_size },
-        });
-        self.clusters[0]
+            merged: Merged {
+                tree,
+                rings,
+                start: 0,
+                bag_size,
+            },
+            stage,
+        })?;
+        Ok(self.clusters[0])
+    }
+
+    /// Clusters block by block, many blocks side by side.
+    fn build_parts(
+        &mut self,
+        items: &[BuildItem],
+        bag_size: u32,
+        tree: &mut Vec<BinaryNode>,
+        rings: &mut [u32],
+        workers: &dyn Workers,
+        stage: &Stage,
+    ) -> Result<(), Cancelled> {
+        let mut parts: Vec<Part> = Vec::new();
+        parts.resize_with(items.len().div_ceil(PART), Part::default);
+        let mut errands: Vec<Errand<'_>> = Vec::with_capacity(parts.len());
+        for ((place, part), (items, rings)) in (0..)
+            .step_by(PART)
+            .zip(&mut parts)
+            .zip(items.chunks(PART).zip(rings.chunks_mut(PART)))
+        {
+            errands.push(Box::new(move || {
+                part.is_cancelled = simd::dispatch(Clustering {
+                    items,
+                    clusters: &mut part.clusters,
+                    keys: &mut part.keys,
+                    merged: Merged {
+                        tree: &mut part.tree,
+                        rings,
+                        start: place,
+                        bag_size,
+                    },
+                    stage,
+                })
+                .is_err();
+                part.keys = Vec::new();
+            }));
+        }
+        workers.run(errands);
+        for part in parts {
+            if part.is_cancelled {
+                return Err(Cancelled);
+            }
+            let nodes = tree.len() as u32;
+            let moved = |node: BinaryNode| node.moved_by(nodes, bag_size);
+            tree.extend(part.tree.into_iter().map(moved));
+            self.clusters.extend(part.clusters.into_iter().map(moved));
+        }
+        Ok(())
     }
 }
 
+/// What many blocks become.
+#[derive(Default)]
+struct Part {
+    clusters: Vec<BinaryNode>,
+    keys: Vec<Key>,
+    tree: Vec<BinaryNode>,
+    is_cancelled: bool,
+}
+
+/// Reduces blocks of items; without items, the clusters that there are to one.
 struct Clustering<'a> {
     items: &'a [BuildItem],
     clusters: &'a mut Vec<BinaryNode>,
     keys: &'a mut Vec<Key>,
     merged: Merged<'a>,
+    stage: &'a Stage<'a>,
 }
 
 impl Task for Clustering<'_> {
-    type Output = ();
+    type Output = Result<(), Cancelled>;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) {
-        let mut place = 0;
+    fn run<S: Simd>(mut self, simd: S) -> Self::Output {
+        let mut place = self.merged.start;
         for block in self.items.chunks(BLOCK) {
+            self.stage.advance(block.len())?;
             let first = self.clusters.len();
             for item in block {
                 self.clusters.push(BinaryNode::new(&item.aabb(), place, 1));
                 place += 1;
             }
-            self.reduce(simd, first, block.len() / LEFT_OF_BLOCK);
+            self.reduce(simd, first, block.len() / LEFT_OF_BLOCK)?;
         }
-        self.reduce(simd, 0, 1);
+        if self.items.is_empty() {
+            self.reduce(simd, 0, 1)?;
+        }
+        Ok(())
     }
 }
 
 impl Clustering<'_> {
     /// Merges the clusters from the `first` on, round by round, until so many are left, or one.
     #[inline(always)]
-    fn reduce<S: Simd>(&mut self, simd: S, first: usize, left: usize) {
+    fn reduce<S: Simd>(&mut self, simd: S, first: usize, left: usize) -> Result<(), Cancelled> {
         let mut stalls = false;
         while self.clusters.len() - first > left.max(1) {
             let before = self.clusters.len() - first;
             let kept = self.round(simd, first, stalls);
             self.clusters.truncate(first + kept);
             stalls = before - kept < before / STALL;
+            self.stage.advance(0)?;
         }
+        Ok(())
     }
 
     /// Merges all from the `first` on that are nearest to each other, or every two, and returns how many are left.
@@ -133,6 +226,8 @@ impl Clustering<'_> {
 struct Merged<'a> {
     tree: &'a mut Vec<BinaryNode>,
     rings: &'a mut [u32],
+    /// The place of the first of these rings.
+    start: u32,
     bag_size: u32,
 }
 
@@ -157,7 +252,8 @@ impl Merged<'_> {
             } else {
                 // Where a member of each of two rings leads on to where the other did, they are one. One with itself
                 // stays as it is.
-                self.rings.swap(a.first() as usize, b.first() as usize);
+                let (a_item, b_item) = (a.first() - self.start, b.first() - self.start);
+                self.rings.swap(a_item as usize, b_item as usize);
                 a.first()
             };
             clusters[kept] = BinaryNode::around(&a, &b, first, count);

@@ -81,6 +81,12 @@ impl BinaryNode {
         max: Vec4::splat(f32::MAX),
     });
 
+    /// A node without items.
+    pub(super) const NOTHING: Self = Self(TaggedBox {
+        min: Vec4::ZERO,
+        max: Vec4::ZERO,
+    });
+
     /// A node above `count` items: a bag with `first` in it, or a node with children at `first` and the next index.
     #[inline(always)]
     pub(super) fn new(aabb: &Aabb3d, first: u32, count: u32) -> Self {
@@ -94,6 +100,25 @@ impl BinaryNode {
             min: a.0.min.min(b.0.min).with_w(f32::from_bits(first)),
             max: a.0.max.max(b.0.max).with_w(f32::from_bits(count)),
         })
+    }
+
+    /// The same node with another `first`.
+    #[inline(always)]
+    pub(super) fn with_first(&self, first: u32) -> Self {
+        Self(TaggedBox {
+            min: self.0.min.with_w(f32::from_bits(first)),
+            max: self.0.max,
+        })
+    }
+
+    /// The same node where its children are so much farther on; of a bag the items stay.
+    #[inline(always)]
+    pub(super) fn moved_by(&self, nodes: u32, bag_size: u32) -> Self {
+        if self.count() > bag_size {
+            self.with_first(self.first() + nodes)
+        } else {
+            *self
+        }
     }
 
     #[inline(always)]

@@ -12,24 +12,58 @@ use crate::{
     },
 };
 
-const STRATEGIES: [BuildStrategy; 4] = [
+const STRATEGIES: [BuildStrategy; 5] = [
     BuildStrategy::MiddleSplit,
     BuildStrategy::MedianSplit,
     BuildStrategy::BinnedSah,
     BuildStrategy::Ploc,
+    BuildStrategy::Reinsertion,
 ];
 
 /// No hierarchy is deeper than this, whatever is in it.
 const DEPTH_LIMIT: usize = 300;
 
+/// Two threads.
+pub(super) struct Two;
+
+impl Workers for Two {
+    fn count(&self) -> usize {
+        2
+    }
+
+    fn run(&self, errands: Vec<Errand<'_>>) {
+        let (mut first, mut second) = (Vec::new(), Vec::new());
+        for (turn, errand) in errands.into_iter().enumerate() {
+            [&mut first, &mut second][turn % 2].push(errand);
+        }
+        std::thread::scope(|scope| {
+            scope.spawn(|| Alone.run(first));
+            Alone.run(second);
+        });
+    }
+}
+
 /// What a build gave.
-#[derive(Default)]
 struct Built {
+    workers: &'static dyn Workers,
     builder: Builder,
     items: Vec<BuildItem>,
     nodes: Vec<WideNode>,
     leaves: Vec<(Range<usize>, NodeIndex, usize)>,
     holders: Vec<(Option<(NodeIndex, usize)>, Range<usize>)>,
+}
+
+impl Default for Built {
+    fn default() -> Self {
+        Self {
+            workers: &Alone,
+            builder: Builder::default(),
+            items: Vec::new(),
+            nodes: Vec::new(),
+            leaves: Vec::new(),
+            holders: Vec::new(),
+        }
+    }
 }
 
 impl Built {
@@ -48,9 +82,11 @@ impl Built {
                 .zip(boxes)
                 .map(|(index, aabb)| BuildItem::new(aabb, mask_of(index), index)),
         );
-        self.builder.build(
-            strategy,
-            leaf_size,
+        let result = self.builder.build(
+            &Order {
+                workers: self.workers,
+                ..Order::new(strategy, leaves(leaf_size))
+            },
             &mut self.items,
             &mut self.nodes,
             |items, first, node, lane| {
@@ -62,6 +98,7 @@ impl Built {
                 self.holders.push((holder, range));
             },
         );
+        assert_eq!(result, Ok(()));
     }
 
     /// Asserts everything that [`Builder::build`] promises, and returns the number of levels.
@@ -140,6 +177,18 @@ impl Built {
         }
         assert_eq!(first, range.end, "the lanes are all of the node");
         levels
+    }
+}
+
+fn leaves(size: usize) -> Leaves {
+    if size == 1 {
+        Leaves::SINGLE
+    } else {
+        Leaves {
+            most: size as u32,
+            packet: 4,
+            packet_cost: 1.0,
+        }
     }
 }
 
@@ -413,8 +462,95 @@ proptest! {
     })]
 
     #[test]
-    fn any_boxes_make_sound_hierarchies(boxes in boxes(), strategy in 0..4_usize, leaf_size in 1..8_usize) {
+    fn any_boxes_make_sound_hierarchies(boxes in boxes(), strategy in 0..5_usize, leaf_size in 1..8_usize) {
         let built = Built::of(STRATEGIES[strategy], leaf_size, &boxes);
         prop_assert!(built.validate(leaf_size, &boxes) <= 60);
+    }
+}
+
+#[test]
+fn many_workers_build_what_one_builds() {
+    for boxes in [uniform(70_000), vec![aabb(Vec3A::ONE, Vec3A::ONE); 70_000]] {
+        for strategy in STRATEGIES {
+            let alone = Built::of(strategy, 6, &boxes);
+            let mut together = Built {
+                workers: &Two,
+                ..Built::default()
+            };
+            together.build(strategy, 6, &boxes);
+            assert_eq!(together.leaves, alone.leaves, "{strategy:?}");
+            let order = |built: &Built| built.items.iter().map(BuildItem::index).collect::<Vec<_>>();
+            assert!(order(&together) == order(&alone), "{strategy:?}");
+            for (node, same) in together.nodes.iter().zip(&alone.nodes) {
+                assert_eq!((node.min, node.max, node.children), (same.min, same.max, same.children));
+            }
+        }
+    }
+}
+
+#[test]
+fn moving_nodes_makes_hierarchies_better() {
+    let boxes = uniform(5000);
+    for leaf_size in [1, 6] {
+        let cost = |strategy| sah_cost(&Built::of(strategy, leaf_size, &boxes).nodes, 0);
+        assert!(cost(BuildStrategy::Reinsertion) < 0.97 * cost(BuildStrategy::BinnedSah));
+        assert!(cost(BuildStrategy::Reinsertion) < 0.97 * cost(BuildStrategy::Ploc));
+    }
+}
+
+/// Calls a build off after some of its errands.
+struct Impatient {
+    left: std::sync::atomic::AtomicUsize,
+    progress: BuildProgress,
+}
+
+impl Workers for &Impatient {
+    fn count(&self) -> usize {
+        2
+    }
+
+    fn run(&self, errands: Vec<Errand<'_>>) {
+        use std::sync::atomic::Ordering;
+        for errand in errands {
+            if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+                self.progress.cancel();
+            }
+            errand();
+        }
+    }
+}
+
+#[test]
+fn a_build_that_is_called_off_ends_with_an_error_and_the_next_one_is_sound() {
+    let boxes = uniform(70_000);
+    for strategy in STRATEGIES {
+        for errands in 1..4 {
+            let impatient = Impatient {
+                left: errands.into(),
+                progress: BuildProgress::default(),
+            };
+            let order = Order {
+                workers: &&impatient,
+                progress: Some(&impatient.progress),
+                ..Order::new(strategy, leaves(6))
+            };
+            let mut items: Vec<_> = (0..)
+                .zip(&boxes)
+                .map(|(index, aabb)| BuildItem::new(aabb, 1, index))
+                .collect();
+            let mut built = Built::default();
+            let result = built
+                .builder
+                .build(&order, &mut items, &mut built.nodes, |_, _, _, _| 0, |_, _, _| {});
+            if impatient.progress.is_cancelled() {
+                assert_eq!(result, Err(Cancelled), "{strategy:?}");
+                assert!(impatient.progress.fraction() < 1.0);
+            } else {
+                assert!(strategy == BuildStrategy::Ploc, "{strategy:?} has few errands");
+            }
+            let few = uniform(300);
+            built.build(strategy, 6, &few);
+            built.validate(6, &few);
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::{
     extents::Extents,
     morton::MortonGrid,
+    progress::{Cancelled, Stage},
     radix_sort::{self, DIGIT_BITS},
     tagged_box::BuildItem,
 };
@@ -36,21 +37,30 @@ impl ZOrder {
 
     /// Writes the items in their order over `sorted`. Those in one cell are sorted on a finer grid in turn where they
     /// are many, so that one that is far from all others does no harm. What was in `items` is lost.
-    pub(super) fn sort(&mut self, items: &mut [BuildItem], sorted: &mut Vec<BuildItem>) {
+    pub(super) fn sort(
+        &mut self,
+        items: &mut [BuildItem],
+        sorted: &mut Vec<BuildItem>,
+        stage: &Stage,
+    ) -> Result<(), Cancelled> {
         sorted.resize(items.len(), items[0]);
         let code_bits = if items.len() <= MANY {
             CODE_BITS
         } else {
             CODE_BITS_OF_MANY
         };
+        self.waiting.clear();
         self.waiting.push(0..items.len());
         while let Some(range) = self.waiting.pop() {
+            if range.len() > MANY {
+                stage.advance(0)?;
+            }
             let (items, sorted) = (&mut items[range.clone()], &mut sorted[range.clone()]);
             let Some(grid) = MortonGrid::new(&Extents::of(items).centers, code_bits) else {
                 sorted.copy_from_slice(items);
                 continue;
             };
-            self.sort_on(&grid, code_bits, items, sorted);
+            self.sort_on(&grid, code_bits, items, sorted, stage)?;
 
             let mut cell = 0;
             while cell < items.len() {
@@ -71,23 +81,34 @@ impl ZOrder {
                 cell = end;
             }
         }
+        stage.advance(items.len())
     }
 
     /// Writes the items over `sorted` in the order of their codes.
-    fn sort_on(&mut self, grid: &MortonGrid, code_bits: u32, items: &[BuildItem], sorted: &mut [BuildItem]) {
+    fn sort_on(
+        &mut self,
+        grid: &MortonGrid,
+        code_bits: u32,
+        items: &[BuildItem],
+        sorted: &mut [BuildItem],
+        stage: &Stage,
+    ) -> Result<(), Cancelled> {
         self.keys.clear();
         simd::dispatch(Keys {
             grid,
             items,
             keys: &mut self.keys,
         });
+        stage.advance(0)?;
         radix_sort::sort(&mut self.keys, &mut self.spare, u32::BITS..u32::BITS + code_bits);
+        stage.advance(0)?;
         for (i, (&key, sorted)) in self.keys.iter().zip(sorted).enumerate() {
             if let Some(&ahead) = self.keys.get(i + AHEAD) {
                 simd::prefetch(&items[place(ahead)]);
             }
             *sorted = items[place(key)];
         }
+        Ok(())
     }
 }
 

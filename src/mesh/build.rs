@@ -1,0 +1,141 @@
+//! Building the hierarchy of a mesh: how, by whom, and how far it has come.
+
+use bevy::tasks::{AsyncComputeTaskPool, TaskPool};
+
+use super::{
+    bvh::{LEAF_SIZE, MeshBvh, pack_slots},
+    triangles::TriangleMesh,
+};
+use crate::spatial::{
+    BuildProgress, BuildStrategy,
+    build::{Alone, BuildItem, Builder, Cancelled, Errand, Leaves, Order, Stage, Workers, sah_cost},
+    wide::EVERY_MASK,
+};
+
+/// Meshes of fewer triangles are built by the calling thread alone.
+const MANY: usize = 1 << 15;
+/// How often progress is told, in triangles.
+const STEP: usize = 1 << 14;
+
+/// What a leaf holds, and what a packet of triangles costs to test, where a node costs one.
+const LEAVES: Leaves = Leaves {
+    most: LEAF_SIZE as u32,
+    packet: LEAF_SIZE as u32,
+    packet_cost: 1.0,
+};
+
+/// How the hierarchy of a mesh is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MeshBuildSettings {
+    /// All give the same answers: the better ones take longer to build.
+    pub strategy: BuildStrategy,
+    /// Whether to take less memory, and more time for every query.
+    pub compact: bool,
+}
+
+/// For a mesh that stays as it is.
+impl Default for MeshBuildSettings {
+    fn default() -> Self {
+        Self {
+            strategy: BuildStrategy::Reinsertion,
+            compact: false,
+        }
+    }
+}
+
+impl MeshBvh {
+    /// Builds the hierarchy with the default settings, in O(n log n).
+    pub fn build(mesh: &TriangleMesh) -> Self {
+        Self::build_with(mesh, &MeshBuildSettings::default(), None).expect("nothing calls it off")
+    }
+
+    /// Builds the hierarchy; `None` if `progress` was told to [cancel](BuildProgress::cancel).
+    ///
+    /// Large meshes are built by the threads of the [`AsyncComputeTaskPool`] too, where there is one, and may be from a
+    /// task of any pool: frames do not wait for them. The hierarchy is the same for any number of threads.
+    pub fn build_with(
+        mesh: &TriangleMesh,
+        settings: &MeshBuildSettings,
+        progress: Option<&BuildProgress>,
+    ) -> Option<Self> {
+        let pool = AsyncComputeTaskPool::try_get().filter(|_| mesh.len() >= MANY);
+        match pool {
+            Some(pool) => Self::build_by(mesh, settings, progress, &Pool(pool)),
+            None => Self::build_by(mesh, settings, progress, &Alone),
+        }
+    }
+
+    fn build_by(
+        mesh: &TriangleMesh,
+        settings: &MeshBuildSettings,
+        progress: Option<&BuildProgress>,
+        workers: &dyn Workers,
+    ) -> Option<Self> {
+        let mut items = items(mesh, &Stage::new(progress, 0.0, 0.05, mesh.len())).ok()?;
+        let mut nodes = Vec::new();
+        let order = Order {
+            strategy: settings.strategy,
+            leaves: LEAVES,
+            workers,
+            progress,
+        };
+        let leaf = |items: &[BuildItem], first: usize, _, _| pack_slots(first as u32, items.len() as u32);
+        let built = Builder::default().build(&order, &mut items, &mut nodes, leaf, |_, _, _| {});
+        built.ok()?;
+        let mesh = mesh.reordered(items.iter().map(BuildItem::index));
+        nodes.shrink_to_fit();
+        if let Some(progress) = progress {
+            if progress.is_cancelled() {
+                return None;
+            }
+            progress.reach(1.0);
+        }
+        Some(Self { nodes, mesh })
+    }
+
+    /// The surface area cost of the hierarchy: how many boxes of nodes and leaves a random line meets that meets the mesh.
+    pub fn sah_cost(&self) -> f64 {
+        sah_cost(&self.nodes, 0)
+    }
+
+    /// Its size, in bytes.
+    pub fn memory(&self) -> usize {
+        size_of_val(self.nodes()) + self.mesh().memory()
+    }
+
+    /// The triangles, without the hierarchy.
+    pub fn into_mesh(self) -> TriangleMesh {
+        self.mesh
+    }
+}
+
+fn items(mesh: &TriangleMesh, stage: &Stage) -> Result<Vec<BuildItem>, Cancelled> {
+    let mut items = Vec::with_capacity(mesh.len());
+    for index in 0..mesh.len() as u32 {
+        items.push(BuildItem::new(&mesh.triangle_box(index), EVERY_MASK, index));
+        if items.len() % STEP == 0 {
+            stage.advance(STEP)?;
+        }
+    }
+    Ok(items)
+}
+
+/// The threads of a pool, and the calling thread meanwhile.
+struct Pool<'a>(&'a TaskPool);
+
+impl Workers for Pool<'_> {
+    fn count(&self) -> usize {
+        self.0.thread_num() + 1
+    }
+
+    fn run(&self, errands: Vec<Errand<'_>>) {
+        if let [_] = errands[..] {
+            return Alone.run(errands);
+        }
+        self.0.scope(|scope| {
+            for errand in errands {
+                scope.spawn(async move { errand() });
+            }
+        });
+    }
+}
