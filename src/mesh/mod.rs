@@ -4,6 +4,7 @@
 
 pub mod bvh;
 pub mod mesh_mesh;
+mod packet;
 pub mod triangles;
 
 pub use bvh::MeshBvh;
