@@ -19,6 +19,8 @@ use bevy_sightline::{
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+mod hierarchy;
+
 use crate::{
     common::{random_dir, random_point, random_rotation, rng},
     properties::cases,

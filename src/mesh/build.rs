@@ -3,12 +3,12 @@
 use bevy::tasks::{AsyncComputeTaskPool, TaskPool};
 
 use super::{
-    bvh::{LEAF_SIZE, MeshBvh, pack_slots},
+    bvh::{LEAF_SIZE, MeshBvh, pack_range},
     triangles::TriangleMesh,
 };
 use crate::spatial::{
     BuildProgress, BuildStrategy,
-    build::{Alone, BuildItem, Builder, Cancelled, Errand, Leaves, Order, Stage, Workers, sah_cost},
+    build::{Alone, BuildItem, Builder, Cancelled, Errand, Leaves, Order, Stage, Workers},
     wide::EVERY_MASK,
 };
 
@@ -79,40 +79,26 @@ impl MeshBvh {
             workers,
             progress,
         };
-        let leaf = |items: &[BuildItem], first: usize, _, _| pack_slots(first as u32, items.len() as u32);
+        let leaf = |items: &[BuildItem], first: usize, _, _| pack_range(first as u32, items.len() as u32);
         let built = Builder::default().build(&order, &mut items, &mut nodes, leaf, |_, _, _| {});
         built.ok()?;
-        let mesh = mesh.reordered(items.iter().map(BuildItem::index));
-        nodes.shrink_to_fit();
+        let slots: Vec<u32> = items.iter().map(BuildItem::index).collect();
+        drop(items);
+        let bvh = Self::pack(mesh, &slots, &nodes);
         if let Some(progress) = progress {
             if progress.is_cancelled() {
                 return None;
             }
             progress.reach(1.0);
         }
-        Some(Self { nodes, mesh })
-    }
-
-    /// The surface area cost of the hierarchy: how many boxes of nodes and leaves a random line meets that meets the mesh.
-    pub fn sah_cost(&self) -> f64 {
-        sah_cost(&self.nodes, 0)
-    }
-
-    /// Its size, in bytes.
-    pub fn memory(&self) -> usize {
-        size_of_val(self.nodes()) + self.mesh().memory()
-    }
-
-    /// The triangles, without the hierarchy.
-    pub fn into_mesh(self) -> TriangleMesh {
-        self.mesh
+        Some(bvh)
     }
 }
 
 fn items(mesh: &TriangleMesh, stage: &Stage) -> Result<Vec<BuildItem>, Cancelled> {
     let mut items = Vec::with_capacity(mesh.len());
-    for index in 0..mesh.len() as u32 {
-        items.push(BuildItem::new(&mesh.triangle_box(index), EVERY_MASK, index));
+    for slot in mesh.slots() {
+        items.push(BuildItem::new(&mesh.triangle_box(slot), EVERY_MASK, slot));
         if items.len() % STEP == 0 {
             stage.advance(STEP)?;
         }

@@ -246,8 +246,8 @@ impl Side<'_> {
             aabb: self.place(&self.triangles.aabb()),
             content: Content::Node(0),
         });
-        let flat = if root.is_some() { 0 } else { self.triangles.len() as u32 };
-        let triangles = (0..flat).map(|slot| Part {
+        let flat = root.is_none().then(|| self.triangles.slots());
+        let triangles = flat.into_iter().flatten().map(|slot| Part {
             aabb: self.place(&self.triangles.triangle_box(slot)),
             content: Content::Triangles {
                 first: slot,

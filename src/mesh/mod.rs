@@ -5,6 +5,7 @@
 pub mod build;
 pub mod bvh;
 pub mod mesh_mesh;
+mod packet;
 pub mod pose;
 pub mod queries;
 pub mod serialize;

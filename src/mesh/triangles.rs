@@ -2,9 +2,11 @@
 
 mod edit;
 
+pub(crate) use edit::MeshEdit;
+
 use std::{
     ops::{Add, Mul},
-    sync::OnceLock,
+    sync::{Arc, OnceLock},
 };
 
 use bevy::{
@@ -12,17 +14,20 @@ use bevy::{
     mesh::{Indices, Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues, VertexFormat},
 };
 
-use crate::geometry::{
-    convex_hull::ConvexHull,
-    ray::{
-        Ray,
-        triangle::{Backfaces, TriangleIntersection, TriangleRay},
+use super::packet::{TrianglePacket, triangle_box};
+use crate::{
+    geometry::{
+        aabb::EMPTY,
+        convex_hull::ConvexHull,
+        ray::{
+            Ray,
+            triangle::{Backfaces, TriangleIntersection, TriangleRay},
+        },
+        tolerance,
+        volume::{AnyVolume, BoundingKind, UnboundablePoints, Volume},
     },
-    tolerance,
-    volume::{AnyVolume, BoundingKind, UnboundablePoints, Volume},
+    spatial::simd::{LANES, Portable, Simd},
 };
-
-pub(crate) use edit::MeshEdit;
 
 /// The most corners that the hull of a mesh has as a [`bounding_volume`](TriangleMesh::bounding_volume).
 pub const HULL_CORNERS: usize = 24;
@@ -63,38 +68,36 @@ pub enum UnusableMesh {
 }
 
 /// The triangles of a mesh with what a hit reports of them: a copy of the data of the mesh.
+///
+/// Clones share what does not change when [vertices move](super::MeshBvh::refit): the numbers of the vertices, the normals
+/// and the texture coordinates.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
-    vertices: Vec<Vertex>,
-    has_uvs: bool,
-    triangles: Vec<Triangle>,
+    packets: Vec<TrianglePacket>,
+    /// The number of triangles.
+    len: usize,
     /// The box around all triangles.
     aabb: Aabb3d,
-    /// How many triangles were left out.
-    left_out: usize,
+    fixed: Arc<Fixed>,
     /// The slot of each triangle by its number, [`NO_SLOT`] of those that were left out; once it is asked for.
-    slots: OnceLock<Vec<u32>>,
+    slots_by_number: Arc<OnceLock<Vec<u32>>>,
 }
 
 /// No triangle is in this slot.
 const NO_SLOT: u32 = u32::MAX;
 
-/// All of a triangle in one place: a test of it then loads one stretch of memory.
-#[derive(Clone, Copy, Debug)]
-struct Triangle {
-    corners: [Vec3; 3],
-    /// The numbers of its vertices in the mesh.
-    vertices: [u32; 3],
-    /// Its number in the mesh.
-    number: u32,
-}
-
-/// What a hit reports of a vertex.
-#[derive(Clone, Copy, Debug)]
-struct Vertex {
-    /// Zero if the mesh has no normals.
-    normal: [f32; 3],
-    uv: [f32; 2],
+/// What stays as it is when vertices move, and whatever the order of the packets.
+#[derive(Debug)]
+struct Fixed {
+    /// The numbers of the vertices of each triangle, by its number; anything where a triangle was left out.
+    vertices: Vec<[u32; 3]>,
+    vertex_count: usize,
+    /// By vertex; none if the mesh has none.
+    normals: Vec<[f32; 3]>,
+    /// By vertex; none if the mesh has none.
+    uvs: Vec<[f32; 2]>,
+    /// How many triangles were left out.
+    left_out: usize,
 }
 
 impl TriangleMesh {
@@ -136,60 +139,61 @@ impl TriangleMesh {
             (Some(Indices::U32(indices)), _) => list(indices.iter().copied()),
         };
 
-        let all = numbered.len();
         let corner = |vertex: u32| {
-            let position = positions.get(vertex as usize).copied().map(Vec3::from);
+            let position = positions.get(vertex as usize).copied().map(Vec3A::from);
             position.filter(|position| position.is_finite())
         };
-        let triangles: Vec<Triangle> = numbered
-            .into_iter()
-            .filter_map(|(number, vertices)| {
-                let [a, b, c] = vertices.map(corner);
-                Some(Triangle {
-                    corners: [a?, b?, c?],
-                    vertices,
-                    number,
-                })
-            })
-            .collect();
-        let corners = triangles.iter().flat_map(|triangle| triangle.corners);
-        let aabb = Aabb3d::enclosing(corners.map(Vec3A::from)).map_err(|_| UnusableMesh::NoTriangles)?;
+        let triangles = numbered.iter().filter_map(|&(number, vertices)| {
+            let [a, b, c] = vertices.map(corner);
+            Some(([a?, b?, c?], number))
+        });
+        let triangles: Vec<([Vec3A; 3], u32)> = triangles.collect();
+        let corners = triangles.iter().flat_map(|(corners, _)| *corners);
+        let aabb = Aabb3d::enclosing(corners).map_err(|_| UnusableMesh::NoTriangles)?;
+
+        let mut vertices = vec![[0; 3]; numbered.last().map_or(0, |(number, _)| *number as usize + 1)];
+        for &(number, of_triangle) in &numbered {
+            vertices[number as usize] = of_triangle;
+        }
         let normals = match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
-            Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => Some(normals),
-            _ => None,
+            Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => normals.clone(),
+            _ => Vec::new(),
         };
         let uvs = match mesh.try_attribute(Mesh::ATTRIBUTE_UV_0) {
-            Ok(VertexAttributeValues::Float32x2(uvs)) if uvs.len() == positions.len() => Some(uvs),
-            _ => None,
+            Ok(VertexAttributeValues::Float32x2(uvs)) if uvs.len() == positions.len() => uvs.clone(),
+            _ => Vec::new(),
         };
         Ok(Self {
-            vertices: (0..positions.len())
-                .map(|vertex| Vertex {
-                    normal: normals.map_or([0.0; 3], |normals| normals[vertex]),
-                    uv: uvs.map_or([0.0; 2], |uvs| uvs[vertex]),
-                })
+            packets: triangles
+                .chunks(LANES)
+                .map(|chunk| TrianglePacket::new(chunk.iter().copied()))
                 .collect(),
-            has_uvs: uvs.is_some(),
+            len: triangles.len(),
             aabb,
-            left_out: all - triangles.len(),
-            triangles,
-            slots: OnceLock::new(),
+            fixed: Arc::new(Fixed {
+                vertices,
+                vertex_count: positions.len(),
+                normals,
+                uvs,
+                left_out: numbered.len() - triangles.len(),
+            }),
+            slots_by_number: Arc::default(),
         })
     }
 
     /// The number of triangles.
     pub fn len(&self) -> usize {
-        self.triangles.len()
+        self.len
     }
 
     /// Whether there are no triangles. Never true of a mesh from [`TriangleMesh::from_mesh`].
     pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
+        self.len == 0
     }
 
     /// How many triangles of the mesh were left out because they cannot be hit.
     pub fn left_out(&self) -> usize {
-        self.left_out
+        self.fixed.left_out
     }
 
     /// The box around all triangles.
@@ -198,8 +202,8 @@ impl TriangleMesh {
     }
 
     /// The corners of all triangles that can be hit, in no promised order.
-    pub fn corners_of_all(&self) -> impl ExactSizeIterator<Item = [Vec3; 3]> + '_ {
-        self.triangles.iter().map(|triangle| triangle.corners)
+    pub fn corners_of_all(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        self.slots().map(|slot| self.corners(slot).map(Vec3::from))
     }
 
     /// A volume around all triangles.
@@ -241,7 +245,7 @@ impl TriangleMesh {
     ) -> Option<TriangleHit> {
         let triangle_ray = TriangleRay::new(ray);
         let mut closest: Option<TriangleHit> = None;
-        for slot in 0..self.len() as u32 {
+        for slot in self.slots() {
             let t_max = closest.map_or(ray.t_max(), |hit| hit.t);
             let corners = self.corners(slot).map(&place);
             if let Some(hit) = triangle_ray.triangle_intersection(corners, t_max, backfaces) {
@@ -253,23 +257,28 @@ impl TriangleMesh {
 
     /// The corners of the triangle that was hit.
     pub fn triangle(&self, hit: &TriangleHit) -> [Vec3; 3] {
-        self.triangles[hit.slot as usize].corners
+        self.corners(hit.slot).map(Vec3::from)
     }
 
     /// The normal at the hit: interpolated from the vertices, of any length; without vertex normals, that of the
-    /// triangle.
+    /// [triangle](Self::geometric_normal).
     pub fn normal(&self, hit: &TriangleHit) -> Vec3 {
-        let normal = interpolate(
-            hit.barycentrics,
-            self.vertices(hit).map(|vertex| Vec3::from(vertex.normal)),
-        );
-        if normal.is_finite() && normal != Vec3::ZERO {
-            return normal;
+        let normals = &self.fixed.normals;
+        if normals.is_empty() {
+            return self.geometric_normal(hit);
         }
-        self.geometric_normal(hit)
+        let of_vertices = self
+            .vertex_numbers(hit)
+            .map(|vertex| Vec3::from(normals[vertex as usize]));
+        let normal = interpolate(hit.barycentrics, of_vertices);
+        if normal.is_finite() && normal != Vec3::ZERO {
+            normal
+        } else {
+            self.geometric_normal(hit)
+        }
     }
 
-    /// The normal of the triangle that was hit, of any length.
+    /// The normal of the triangle that was hit, of any length: its corners run counter-clockwise around it.
     pub fn geometric_normal(&self, hit: &TriangleHit) -> Vec3 {
         let [a, b, c] = self.triangle(hit);
         // Scaled first, so that the product of tiny sides does not underflow.
@@ -280,94 +289,102 @@ impl TriangleMesh {
 
     /// The texture coordinates at the hit, if the mesh has any.
     pub fn uv(&self, hit: &TriangleHit) -> Option<Vec2> {
-        let uvs = || self.vertices(hit).map(|vertex| Vec2::from(vertex.uv));
-        self.has_uvs.then(|| interpolate(hit.barycentrics, uvs()))
+        let uvs = &self.fixed.uvs;
+        let of_vertices = || self.vertex_numbers(hit).map(|vertex| Vec2::from(uvs[vertex as usize]));
+        (!uvs.is_empty()).then(|| interpolate(hit.barycentrics, of_vertices()))
     }
 
     /// The number of vertices of the mesh, used or not.
     pub fn vertex_count(&self) -> usize {
-        self.vertices.len()
+        self.fixed.vertex_count
     }
 
     /// The numbers of the vertices of the triangle that was hit, in the mesh.
     pub fn vertex_numbers(&self, hit: &TriangleHit) -> [u32; 3] {
-        self.triangles[hit.slot as usize].vertices
+        self.fixed.vertices[hit.triangle as usize]
     }
 
     /// The numbers of the vertices of the triangle with this number, in the mesh. `None` if there is no such triangle, or
     /// it was left out. The first time in O(n).
     pub fn vertices_of(&self, number: u32) -> Option<[u32; 3]> {
-        Some(self.triangles[self.slot_of(number)?].vertices)
+        self.slot_of(number).map(|_| self.fixed.vertices[number as usize])
     }
 
     /// The corners of the triangle with this number: see [`vertices_of`](Self::vertices_of).
     pub fn corners_of(&self, number: u32) -> Option<[Vec3; 3]> {
-        Some(self.triangles[self.slot_of(number)?].corners)
-    }
-
-    fn slot_of(&self, number: u32) -> Option<usize> {
-        let slots = self.slots.get_or_init(|| {
-            let end = self.triangles.iter().map(|triangle| triangle.number + 1).max();
-            let mut slots = vec![NO_SLOT; end.unwrap_or(0) as usize];
-            for (triangle, slot) in self.triangles.iter().zip(0..) {
-                slots[triangle.number as usize] = slot;
-            }
-            slots
-        });
-        let slot = *slots.get(number as usize)?;
-        (slot != NO_SLOT).then_some(slot as usize)
+        Some(self.corners(self.slot_of(number)?).map(Vec3::from))
     }
 
     /// The numbers of the vertices of all triangles that can be hit, in the order of
     /// [`corners_of_all`](Self::corners_of_all).
-    pub fn vertices_of_all(&self) -> impl ExactSizeIterator<Item = [u32; 3]> + '_ {
-        self.triangles.iter().map(|triangle| triangle.vertices)
+    pub fn vertices_of_all(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.slots().map(|slot| self.fixed.vertices[self.number(slot) as usize])
     }
 
-    /// The vertices of the triangle that was hit.
-    fn vertices(&self, hit: &TriangleHit) -> [&Vertex; 3] {
-        self.vertex_numbers(hit).map(|vertex| &self.vertices[vertex as usize])
+    fn slot_of(&self, number: u32) -> Option<u32> {
+        let slots = self.slots_by_number.get_or_init(|| {
+            let mut slots = vec![NO_SLOT; self.fixed.vertices.len()];
+            for slot in self.slots() {
+                slots[self.number(slot) as usize] = slot;
+            }
+            slots
+        });
+        slots.get(number as usize).copied().filter(|&slot| slot != NO_SLOT)
+    }
+
+    /// The bytes of memory that the triangles take, with what clones share.
+    pub fn memory(&self) -> usize {
+        let fixed = &self.fixed;
+        size_of::<Self>()
+            + size_of::<Fixed>()
+            + self.packets.capacity() * size_of::<TrianglePacket>()
+            + fixed.vertices.capacity() * size_of::<[u32; 3]>()
+            + fixed.normals.capacity() * size_of::<[f32; 3]>()
+            + fixed.uvs.capacity() * size_of::<[f32; 2]>()
+    }
+
+    /// Where triangles are kept: packet by packet, of which some are not full.
+    pub(super) fn slots(&self) -> impl Iterator<Item = u32> + '_ {
+        let packets = (0..).step_by(LANES).zip(&self.packets);
+        packets.flat_map(|(first, packet)| first..first + packet.len() as u32)
     }
 
     #[inline]
     pub(super) fn corners(&self, slot: u32) -> [Vec3A; 3] {
-        self.triangles[slot as usize].corners.map(Vec3A::from)
+        let (packet, lane) = self.find(slot);
+        packet.corners(lane)
     }
 
     /// The number of a triangle in the mesh.
+    #[inline]
     pub(super) fn number(&self, slot: u32) -> u32 {
-        self.triangles[slot as usize].number
+        let (packet, lane) = self.find(slot);
+        packet.number(lane)
     }
 
-    /// The box of a triangle, with the slack that its ray test needs: see [`tolerance::TRIANGLE_BOX`].
+    #[inline]
+    fn find(&self, slot: u32) -> (&TrianglePacket, usize) {
+        let slot = slot as usize;
+        (&self.packets[slot / LANES], slot % LANES)
+    }
+
+    /// The box of a triangle, with the slack that its ray test needs.
     pub(super) fn triangle_box(&self, slot: u32) -> Aabb3d {
-        let [a, b, c] = self.corners(slot);
-        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-        let slack = Vec3A::splat((max - min).max_element() * tolerance::TRIANGLE_BOX);
-        Aabb3d {
-            min: min - slack,
-            max: max + slack,
-        }
+        triangle_box(self.corners(slot))
     }
 
     #[inline]
     pub(super) fn hit(&self, slot: u32, hit: TriangleIntersection) -> TriangleHit {
         TriangleHit {
             t: hit.t,
-            triangle: self.triangles[slot as usize].number,
+            triangle: self.number(slot),
             barycentrics: hit.barycentrics,
             slot,
         }
     }
 
-    /// This mesh with its triangles in another order of slots: the new slot `i` holds the old slot `order[i]`.
-    pub(super) fn reordered(&self, order: impl Iterator<Item = u32>) -> Self {
-        Self {
-            triangles: order.map(|slot| self.triangles[slot as usize]).collect(),
-            vertices: self.vertices.clone(),
-            slots: OnceLock::new(),
-            ..*self
-        }
+    pub(super) fn packets(&self) -> &[TrianglePacket] {
+        &self.packets
     }
 
     /// Moves vertex `i` to `positions[i]`, and with it the corners of the triangles.
@@ -376,11 +393,79 @@ impl TriangleMesh {
     ///
     /// As [`MeshBvh::refit`](super::MeshBvh::refit).
     pub fn move_vertices(&mut self, positions: &[Vec3]) {
-        for triangle in &mut self.triangles {
-            triangle.corners = triangle.vertices.map(|vertex| positions[vertex as usize]);
+        let packets = 0..self.packets.len();
+        let mut moving = self.moving(positions);
+        for packet in packets {
+            moving.move_packet(Portable, packet);
         }
-        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
-        self.aabb = Aabb3d::enclosing(corners.map(Vec3A::from)).expect("finite positions");
+        moving.finish();
+    }
+
+    /// Moves vertex `i` to `positions[i]`: each packet as it is asked for.
+    pub(super) fn moving<'a>(&'a mut self, positions: &'a [Vec3]) -> MovingTriangles<'a> {
+        MovingTriangles {
+            packets: &mut self.packets,
+            vertices: &self.fixed.vertices,
+            positions,
+            aabb: &mut self.aabb,
+            moved: EMPTY,
+            finite: Vec3A::ZERO,
+        }
+    }
+
+    /// A packet of the triangles in some slots, one to eight.
+    #[inline]
+    pub(super) fn gather(&self, slots: impl Iterator<Item = u32>) -> TrianglePacket {
+        TrianglePacket::new(slots.map(|slot| (self.corners(slot), self.number(slot))))
+    }
+
+    /// The same triangles in other packets.
+    pub(super) fn repacked(&self, packets: Vec<TrianglePacket>) -> Self {
+        Self {
+            packets,
+            len: self.len,
+            aabb: self.aabb,
+            fixed: Arc::clone(&self.fixed),
+            slots_by_number: Arc::default(),
+        }
+    }
+}
+
+/// Triangles whose vertices are moved, packet by packet.
+pub(super) struct MovingTriangles<'a> {
+    packets: &'a mut [TrianglePacket],
+    vertices: &'a [[u32; 3]],
+    positions: &'a [Vec3],
+    /// The box of the mesh; that around what has moved comes there in the end.
+    aabb: &'a mut Aabb3d,
+    moved: Aabb3d,
+    /// Zero, or NaN after a position that is not finite.
+    finite: Vec3A,
+}
+
+impl MovingTriangles<'_> {
+    /// Moves the triangles of a packet, and returns the box around their boxes.
+    #[inline(always)]
+    pub fn move_packet<S: Simd>(&mut self, simd: S, packet: usize) -> Aabb3d {
+        let packet = &mut self.packets[packet];
+        let (mut moved, mut finite) = (self.moved, self.finite);
+        packet.move_corners(|number| {
+            self.vertices[number as usize].map(|vertex| {
+                let position = Vec3A::from(self.positions[vertex as usize]);
+                moved.min = moved.min.min(position);
+                moved.max = moved.max.max(position);
+                finite += position * 0.0;
+                position.into()
+            })
+        });
+        (self.moved, self.finite) = (moved, finite);
+        packet.bounds(simd)
+    }
+
+    /// Ends the move, when every packet was moved.
+    pub fn finish(self) {
+        assert!(self.finite == Vec3A::ZERO, "positions must be finite");
+        *self.aabb = self.moved;
     }
 }
 

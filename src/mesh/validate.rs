@@ -53,7 +53,11 @@ impl MeshBvh {
             return Err(BrokenMeshBvh::NoRoot);
         }
         let mut node_held = vec![false; nodes.len()];
-        let mut slot_held = vec![false; triangles];
+        let end = self.mesh().slots().last().map_or(0, |last| last as usize + 1);
+        let mut slot_held = vec![true; end];
+        for slot in self.mesh().slots() {
+            slot_held[slot as usize] = false;
+        }
         for (index, node) in (0..).zip(nodes) {
             if (node_held[index as usize]) != (index > 0) {
                 return Err(BrokenMeshBvh::NotHeldOnce(index));
@@ -69,7 +73,9 @@ impl MeshBvh {
         if let Some(lost) = slot_held.iter().position(|held| !held) {
             return Err(BrokenMeshBvh::NotInOneLeaf(lost as u32));
         }
-        let mut numbers: Vec<(u32, u32)> = (0..triangles as u32)
+        let mut numbers: Vec<(u32, u32)> = self
+            .mesh()
+            .slots()
             .map(|slot| (self.mesh().number(slot), slot))
             .collect();
         numbers.sort_unstable();

@@ -54,10 +54,19 @@ pub(crate) trait Approach {
     fn meets<S: Simd>(&self, simd: S, boxes: Boxes, limit: f32) -> (u32, S::F32s);
 }
 
+impl<A: Approach> Approach for &A {
+    #[inline(always)]
+    fn meets<S: Simd>(&self, simd: S, boxes: Boxes, limit: f32) -> (u32, S::F32s) {
+        A::meets(self, simd, boxes, limit)
+    }
+}
+
 /// A ray that meets a box where it enters it, exactly as [`Ray::aabb_intersection_at`] tells; with boxes that are first
 /// grown by a reach if `GROWN`.
 pub(crate) struct Entering<const GROWN: bool> {
     ray: SlabRay,
+    /// The axes along which the ray enters through the maximum, bit by bit.
+    backward: u32,
     reach: [f32; 3],
 }
 
@@ -65,6 +74,7 @@ impl Entering<false> {
     pub(crate) fn new(ray: &Ray) -> Self {
         Self {
             ray: slab_ray(ray),
+            backward: backward(ray),
             reach: [0.0; 3],
         }
     }
@@ -75,9 +85,16 @@ impl Entering<true> {
     pub(crate) fn grown(ray: &Ray, reach: Vec3A) -> Self {
         Self {
             ray: slab_ray(ray),
+            backward: backward(ray),
             reach: reach.to_array(),
         }
     }
+}
+
+/// Not three flags, which would be taken apart anew at each node.
+fn backward(ray: &Ray) -> u32 {
+    let forward = ray.slab_ray().forward;
+    (0..3).filter(|&axis| !forward[axis]).map(|axis| 1 << axis).sum()
 }
 
 fn slab_ray(ray: &Ray) -> SlabRay {
@@ -99,18 +116,15 @@ impl<const GROWN: bool> Approach for Entering<GROWN> {
             t_min
         };
         for axis in 0..3 {
-            let (mut min, mut max) = (simd.load(&boxes.min[axis]), simd.load(&boxes.max[axis]));
+            let is_forward = self.backward >> axis & 1 == 0;
+            let (min, max) = (&boxes.min[axis], &boxes.max[axis]);
+            let (near, far) = if is_forward { (min, max) } else { (max, min) };
+            let (mut near, mut far) = (simd.load(near), simd.load(far));
             if GROWN {
-                let (reach, epsilon) = (simd.splat(self.reach[axis]), simd.splat(f32::EPSILON));
-                let zero = simd.splat(0.0);
-                min = simd.sub(min, reach);
-                min = simd.sub(min, simd.mul(simd.max(min, simd.sub(zero, min)), epsilon));
-                min = simd.sub(min, contact);
-                max = simd.add(max, reach);
-                max = simd.add(max, simd.mul(simd.max(max, simd.sub(zero, max)), epsilon));
-                max = simd.add(max, contact);
+                let outward = if is_forward { -1.0 } else { 1.0 };
+                near = grown(simd, near, outward, self.reach[axis], contact);
+                far = grown(simd, far, -outward, self.reach[axis], contact);
             }
-            let (near, far) = if ray.forward[axis] { (min, max) } else { (max, min) };
             let (origin, recip) = (simd.splat(ray.origin[axis]), simd.splat(ray.direction_recip[axis]));
             // A NaN changes nothing: see `Ray::aabb_intersection_at`, which this equals.
             enter = simd.max(simd.mul(simd.sub(near, origin), recip), enter);
@@ -121,6 +135,15 @@ impl<const GROWN: bool> Approach for Entering<GROWN> {
         let reached = simd.le(enter, leave) & simd.le(enter, simd.splat(limit.min(f32::MAX)));
         (reached, enter)
     }
+}
+
+/// Faces of boxes, moved along an axis by a reach, with its rounding, and by a contact: up, or down where `outward` is -1.
+#[inline(always)]
+fn grown<S: Simd>(simd: S, faces: S::F32s, outward: f32, reach: f32, contact: S::F32s) -> S::F32s {
+    let moved = simd.add(faces, simd.splat(outward * reach));
+    let magnitude = simd.max(moved, simd.sub(simd.splat(0.0), moved));
+    let rounded = simd.add(moved, simd.mul(magnitude, simd.splat(outward * f32::EPSILON)));
+    simd.add(rounded, simd.mul(contact, simd.splat(outward)))
 }
 
 #[inline(always)]

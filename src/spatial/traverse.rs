@@ -14,6 +14,31 @@ use super::{
     wide::{Child, NodeIndex, PackedChild, WideNode},
 };
 
+/// What is done with the leaves that a descent comes to. A closure will do where nothing is to be done eight lanes at a
+/// time.
+pub(crate) trait VisitLeaf {
+    /// Whether a leaf that is met in no order waits for its turn, for [`prefetch`](Self::prefetch) to have an effect.
+    const WAITS: bool;
+
+    /// Visits a leaf that is met at `at`.
+    fn visit<S: Simd>(&mut self, simd: S, leaf: u32, at: f32) -> Visit;
+
+    /// Brings close what a visit will read.
+    fn prefetch(&self, leaf: u32);
+}
+
+impl<F: FnMut(u32, f32) -> Visit> VisitLeaf for F {
+    const WAITS: bool = false;
+
+    #[inline(always)]
+    fn visit<S: Simd>(&mut self, _simd: S, leaf: u32, at: f32) -> Visit {
+        self(leaf, at)
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, _leaf: u32) {}
+}
+
 /// Visits the leaves with a bit of `mask` that are met at or before `limit`, near ones first, with where they are met.
 #[inline]
 pub(crate) fn visit_in_order(
@@ -22,7 +47,7 @@ pub(crate) fn visit_in_order(
     mask: u32,
     limit: f32,
     approach: impl Approach,
-    visit: impl FnMut(u32, f32) -> Visit,
+    visit: impl VisitLeaf,
 ) {
     dispatch(InOrder {
         nodes,
@@ -34,13 +59,13 @@ pub(crate) fn visit_in_order(
     });
 }
 
-struct InOrder<'a, A, F> {
+struct InOrder<'a, A, V> {
     nodes: &'a [WideNode],
     root: NodeIndex,
     mask: u32,
     limit: f32,
     approach: A,
-    visit: F,
+    visit: V,
 }
 
 /// Visits the leaves with a bit of `mask` whose boxes, which `aabb_of` tells, the moving shape touches, with the parameter
@@ -73,12 +98,12 @@ pub(crate) fn visit_sweep(
 /// numbers are ordered as they are.
 type Waiting = u64;
 
-impl<A: Approach, F: FnMut(u32, f32) -> Visit> Task for InOrder<'_, A, F> {
+impl<A: Approach, V: VisitLeaf> Task for InOrder<'_, A, V> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let mut stack: SmallVec<[Waiting; 96]> = SmallVec::new();
+        let mut stack = WaitingStack::new();
         let mut child = Child::Node(self.root);
         let mut at = 0.0;
         loop {
@@ -92,23 +117,24 @@ impl<A: Approach, F: FnMut(u32, f32) -> Visit> Task for InOrder<'_, A, F> {
                         let lane = met.trailing_zeros() as usize % LANES;
                         let mut nearest = wait(node, lane, &met_at);
                         met &= met - 1;
-                        let first = stack.len();
+                        let first = stack.reserve(LANES);
                         while met != 0 {
                             let lane = met.trailing_zeros() as usize % LANES;
                             let mut other = wait(node, lane, &met_at);
                             met &= met - 1;
                             (nearest, other) = (nearest.min(other), nearest.max(other));
                             stack.push(other);
-                            if let Child::Node(node) = node.child(lane) {
-                                prefetch(&self.nodes[node as usize]);
+                            match node.child(lane) {
+                                Child::Node(node) => prefetch(&self.nodes[node as usize]),
+                                Child::Leaf(leaf) => self.visit.prefetch(leaf),
                             }
                         }
-                        sort_far_to_near(&mut stack[first..]);
+                        sort_far_to_near(stack.since(first));
                         (at, child) = unpack(nearest);
                         continue;
                     }
                 }
-                Child::Leaf(leaf) => match (self.visit)(leaf, at) {
+                Child::Leaf(leaf) => match self.visit.visit(simd, leaf, at) {
                     Visit::Continue => {}
                     Visit::Shorten(limit) => self.limit = if limit < self.limit { limit } else { self.limit },
                     Visit::Stop => return,
@@ -122,6 +148,57 @@ impl<A: Approach, F: FnMut(u32, f32) -> Visit> Task for InOrder<'_, A, F> {
                 }
             }
         }
+    }
+}
+
+/// What is still to be visited, the nearest last.
+struct WaitingStack {
+    top: [Waiting; WaitingStack::ROOM],
+    len: usize,
+    /// What lies below, from a hierarchy that is deeper than any but an ill one.
+    bottom: Vec<Waiting>,
+}
+
+impl WaitingStack {
+    const ROOM: usize = 96;
+
+    #[inline(always)]
+    fn new() -> Self {
+        Self {
+            top: [0; Self::ROOM],
+            len: 0,
+            bottom: Vec::new(),
+        }
+    }
+
+    /// Makes room for so many, and returns where they will begin.
+    #[inline(always)]
+    fn reserve(&mut self, count: usize) -> usize {
+        if self.len + count > Self::ROOM {
+            self.bottom.extend_from_slice(&self.top[..self.len]);
+            self.len = 0;
+        }
+        self.len
+    }
+
+    #[inline(always)]
+    fn push(&mut self, waiting: Waiting) {
+        self.top[self.len] = waiting;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn since(&mut self, first: usize) -> &mut [Waiting] {
+        &mut self.top[first..self.len]
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Waiting> {
+        if self.len == 0 {
+            return self.bottom.pop();
+        }
+        self.len -= 1;
+        Some(self.top[self.len])
     }
 }
 
@@ -152,7 +229,8 @@ fn sort_far_to_near(entries: &mut [Waiting]) {
     }
 }
 
-/// Visits the leaves with a bit of `mask` that are met at or before `limit`, in no order, until a visit breaks.
+/// Visits the leaves with a bit of `mask` that are met at or before `limit`, in no order, until a visit stops. They come
+/// without where they are met.
 #[inline]
 pub(crate) fn visit_any(
     nodes: &[WideNode],
@@ -160,7 +238,7 @@ pub(crate) fn visit_any(
     mask: u32,
     limit: f32,
     approach: impl Approach,
-    visit: impl FnMut(u32) -> ControlFlow<()>,
+    visit: impl VisitLeaf,
 ) {
     dispatch(InAnyOrder {
         nodes,
@@ -172,40 +250,48 @@ pub(crate) fn visit_any(
     });
 }
 
-struct InAnyOrder<'a, A, F> {
+struct InAnyOrder<'a, A, V> {
     nodes: &'a [WideNode],
     root: NodeIndex,
     mask: u32,
     limit: f32,
     approach: A,
-    visit: F,
+    visit: V,
 }
 
-impl<A: Approach, F: FnMut(u32) -> ControlFlow<()>> Task for InAnyOrder<'_, A, F> {
+impl<A: Approach, V: VisitLeaf> Task for InAnyOrder<'_, A, V> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let mut stack: SmallVec<[NodeIndex; 64]> = SmallVec::new();
-        stack.push(self.root);
-        while let Some(node) = stack.pop() {
-            let node = &self.nodes[node as usize];
+        let mut stack: SmallVec<[PackedChild; 64]> = SmallVec::new();
+        stack.push(PackedChild::pack(Child::Node(self.root)));
+        while let Some(child) = stack.pop() {
+            let node = match child.unpack() {
+                Child::Node(node) => &self.nodes[node as usize],
+                Child::Leaf(leaf) => {
+                    if matches!(self.visit.visit(simd, leaf, 0.0), Visit::Stop) {
+                        return;
+                    }
+                    continue;
+                }
+            };
             let (reached, _) = self.approach.meets(simd, node.into(), self.limit);
             let mut met = reached & simd.with_any_bit(&node.masks, self.mask);
             while met != 0 {
                 let lane = met.trailing_zeros() as usize % LANES;
                 met &= met - 1;
                 match node.child(lane) {
-                    Child::Node(child) => {
-                        prefetch(&self.nodes[child as usize]);
-                        stack.push(child);
-                    }
+                    Child::Node(child) => prefetch(&self.nodes[child as usize]),
+                    Child::Leaf(leaf) if V::WAITS => self.visit.prefetch(leaf),
                     Child::Leaf(leaf) => {
-                        if (self.visit)(leaf).is_break() {
+                        if matches!(self.visit.visit(simd, leaf, 0.0), Visit::Stop) {
                             return;
                         }
+                        continue;
                     }
                 }
+                stack.push(node.children[lane]);
             }
         }
     }

@@ -32,13 +32,12 @@ pub struct TriangleIntersection {
 /// A ray prepared for many triangles: the axes permuted and sheared so that the ray runs along +z.
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleRay {
-    origin: Vec3A,
-    kx: usize,
-    ky: usize,
-    kz: usize,
-    sx: f32,
-    sy: f32,
-    sz: f32,
+    /// kx, ky and kz.
+    pub(crate) axes: [usize; 3],
+    /// The origin, along these axes.
+    pub(crate) origin: [f32; 3],
+    /// Sx, Sy and Sz.
+    pub(crate) shear: [f32; 3],
     t_min: f32,
 }
 
@@ -53,13 +52,9 @@ impl TriangleRay {
             std::mem::swap(&mut kx, &mut ky);
         }
         Self {
-            origin: ray.origin(),
-            kx,
-            ky,
-            kz,
-            sx: d[kx] / d[kz],
-            sy: d[ky] / d[kz],
-            sz: 1.0 / d[kz],
+            axes: [kx, ky, kz],
+            origin: [kx, ky, kz].map(|axis| ray.origin()[axis]),
+            shear: [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]],
             t_min: ray.t_min(),
         }
     }
@@ -71,23 +66,43 @@ impl TriangleRay {
     #[inline]
     pub fn triangle_intersection(
         &self,
-        [a, b, c]: [Vec3A; 3],
+        corners: [Vec3A; 3],
         t_max: f32,
         backfaces: Backfaces,
     ) -> Option<TriangleIntersection> {
-        let (a, b, c) = (a - self.origin, b - self.origin, c - self.origin);
-        let shear = |v: Vec3A| (v[self.kx] - self.sx * v[self.kz], v[self.ky] - self.sy * v[self.kz]);
-        let ((ax, ay), (bx, by), (cx, cy)) = (shear(a), shear(b), shear(c));
+        let along_axes = corners.map(|corner| self.axes.map(|axis| corner[axis]));
+        self.intersection_along_axes(along_axes, t_max, backfaces)
+    }
+
+    /// The same for corners with their coordinates along the axes of this ray.
+    #[inline(always)]
+    pub(crate) fn intersection_along_axes(
+        &self,
+        [a, b, c]: [[f32; 3]; 3],
+        t_max: f32,
+        backfaces: Backfaces,
+    ) -> Option<TriangleIntersection> {
+        let [sx, sy, sz] = self.shear;
+        let shear = |corner: [f32; 3]| {
+            let z = corner[2] - self.origin[2];
+            (
+                corner[0] - self.origin[0] - sx * z,
+                corner[1] - self.origin[1] - sy * z,
+                z,
+            )
+        };
+        let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (shear(a), shear(b), shear(c));
 
         // Scaled barycentrics: the edge functions at the ray, which is the origin after the shear.
         let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
-        let (u, v, w) = if u.abs().min(v.abs()).min(w.abs()) < SMALLEST_EDGE_FUNCTION {
-            // Too close to an edge to call, or underflown. A product of two f32 is exact in f64.
+        let is_sure = |edge: f32| edge.abs() >= SMALLEST_EDGE_FUNCTION && edge.abs() < f32::INFINITY;
+        let (u, v, w) = if is_sure(u) && is_sure(v) && is_sure(w) {
+            (f64::from(u), f64::from(v), f64::from(w))
+        } else {
+            // Too close to an edge to call, underflown, or overflown. A product of two f32 is exact in f64.
             let edge =
                 |px: f32, qy: f32, py: f32, qx: f32| f64::from(px) * f64::from(qy) - f64::from(py) * f64::from(qx);
             (edge(cx, by, cy, bx), edge(ax, cy, ay, cx), edge(bx, ay, by, ax))
-        } else {
-            (f64::from(u), f64::from(v), f64::from(w))
         };
 
         let behind = u < 0.0 || v < 0.0 || w < 0.0;
@@ -102,8 +117,8 @@ impl TriangleRay {
 
         let recip = 1.0 / det;
         let (u, v, w) = (u * recip, v * recip, w * recip);
-        let depth = u * f64::from(a[self.kz]) + v * f64::from(b[self.kz]) + w * f64::from(c[self.kz]);
-        let t = (depth * f64::from(self.sz)) as f32;
+        let depth = u * f64::from(az) + v * f64::from(bz) + w * f64::from(cz);
+        let t = (depth * f64::from(sz)) as f32;
         (t >= self.t_min && t <= t_max && t < f32::INFINITY).then_some(TriangleIntersection {
             t,
             barycentrics: Vec3::new(u as f32, v as f32, w as f32),
@@ -112,4 +127,4 @@ impl TriangleRay {
 }
 
 /// Below this an edge function has lost bits to underflow, or is zero.
-const SMALLEST_EDGE_FUNCTION: f32 = f32::MIN_POSITIVE / f32::EPSILON;
+pub(crate) const SMALLEST_EDGE_FUNCTION: f32 = f32::MIN_POSITIVE / f32::EPSILON;

@@ -1,7 +1,5 @@
 //! All hits of a ray.
 
-use std::ops::Range;
-
 use crate::{
     geometry::ray::{
         Ray,
@@ -44,7 +42,7 @@ impl TriangleMesh {
 
     /// As [`MeshBvh::visit_hits`].
     pub fn visit_hits(&self, ray: &Ray, backfaces: Backfaces, visit: impl FnMut(&TriangleHit) -> Visit) {
-        Hits::new(ray, backfaces, visit).of(self, 0..self.len() as u32);
+        Hits::new(ray, backfaces, visit).of(self, self.slots());
     }
 }
 
@@ -67,7 +65,7 @@ impl<F: FnMut(&TriangleHit) -> Visit> Hits<F> {
     }
 
     /// Visits the hits on the triangles in some slots.
-    fn of(&mut self, mesh: &TriangleMesh, slots: Range<u32>) -> Visit {
+    fn of(&mut self, mesh: &TriangleMesh, slots: impl Iterator<Item = u32>) -> Visit {
         for slot in slots {
             let met = self
                 .ray

@@ -1,7 +1,5 @@
 //! The point of a surface that is closest to a point.
 
-use std::ops::Range;
-
 use bevy::math::{DVec3, Vec3, Vec3A};
 
 use crate::{
@@ -50,7 +48,7 @@ impl TriangleMesh {
     /// As [`MeshBvh::closest_point`].
     pub fn closest_point(&self, point: impl Into<Vec3A>, max_distance: f32) -> Option<SurfacePoint> {
         let mut search = Search::new(point.into(), max_distance)?;
-        search.among(self, 0..self.len() as u32);
+        search.among(self, self.slots());
         search.found(self)
     }
 }
@@ -82,7 +80,7 @@ impl Search {
     }
 
     /// Looks among the triangles in some slots.
-    fn among(&mut self, mesh: &TriangleMesh, slots: Range<u32>) {
+    fn among(&mut self, mesh: &TriangleMesh, slots: impl Iterator<Item = u32>) {
         let mut reach = self.reach_squared();
         for slot in slots {
             if distance_squared(self.center, &mesh.triangle_box(slot)) > reach {

@@ -1,7 +1,5 @@
 //! What a moving sphere touches first.
 
-use std::ops::Range;
-
 use bevy::math::{Vec3, Vec3A, primitives::Triangle3d};
 
 use super::SurfacePoint;
@@ -64,7 +62,7 @@ impl TriangleMesh {
     /// As [`MeshBvh::sweep_sphere`].
     pub fn sweep_sphere(&self, sweep: &SphereSweep) -> Option<SphereContact> {
         let mut search = Search::new(sweep);
-        search.among(self, 0..self.len() as u32);
+        search.among(self, self.slots());
         if search.is_at_start() {
             search.settle(self.closest_point(search.start(), f32::INFINITY));
         }
@@ -112,7 +110,7 @@ impl<'a> Search<'a> {
     }
 
     /// Looks among the triangles in some slots.
-    fn among(&mut self, mesh: &TriangleMesh, slots: Range<u32>) {
+    fn among(&mut self, mesh: &TriangleMesh, slots: impl Iterator<Item = u32>) {
         let reach = slack_reach(self.sweep);
         for slot in slots {
             let within_reach = grown(&mesh.triangle_box(slot), reach);

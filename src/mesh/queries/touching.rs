@@ -90,7 +90,9 @@ impl TriangleMesh {
     pub fn visit_touching(&self, region: &impl TriangleRegion, mut visit: impl FnMut(u32) -> ControlFlow<()>) {
         let outline = region.outline();
         let test = Test::new(region, &outline);
-        let _ = (0..self.len() as u32).try_for_each(|slot| test.visit_if_touching(self, slot, &mut visit));
+        let _ = self
+            .slots()
+            .try_for_each(|slot| test.visit_if_touching(self, slot, &mut visit));
     }
 }
 

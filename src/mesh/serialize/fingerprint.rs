@@ -11,10 +11,10 @@ const NO_SLOT: u32 = u32::MAX;
 
 impl SlotsByNumber {
     pub(super) fn of(mesh: &TriangleMesh) -> Self {
-        let numbers = || (0..mesh.len() as u32).map(|slot| mesh.number(slot));
-        let mut slots = vec![NO_SLOT; numbers().max().map_or(0, |last| last as usize + 1)];
-        for (slot, number) in (0..).zip(numbers()) {
-            slots[number as usize] = slot;
+        let numbers = mesh.slots().map(|slot| mesh.number(slot));
+        let mut slots = vec![NO_SLOT; numbers.max().map_or(0, |last| last as usize + 1)];
+        for slot in mesh.slots() {
+            slots[mesh.number(slot) as usize] = slot;
         }
         Self(slots)
     }

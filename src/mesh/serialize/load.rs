@@ -7,7 +7,7 @@ use crate::{
     geometry::aabb::EMPTY,
     mesh::{
         MeshBvh, TriangleMesh,
-        bvh::{LEAF_SIZE, pack_slots},
+        bvh::{LEAF_SIZE, pack_range},
     },
     spatial::wide::{Child, EVERY_MASK, LANES, WideNode},
 };
@@ -34,7 +34,9 @@ impl MeshBvh {
             .map(|&number| slots.take(u32::from_le_bytes(number)))
             .collect();
         let order = order.ok_or(UnreadableBvh::Malformed)?;
-        Ok(Self::from_parts(nodes, mesh.reordered(order.into_iter())))
+        let mut bvh = Self::pack(mesh, &order, &nodes);
+        bvh.fit_boxes();
+        Ok(bvh)
     }
 }
 
@@ -89,7 +91,7 @@ fn read_nodes(file: &[Lanes], triangles: u32) -> Result<Vec<WideNode>, Unreadabl
                 if len > triangles - next_slot {
                     return Err(UnreadableBvh::Malformed);
                 }
-                let leaf = Child::Leaf(pack_slots(next_slot, len));
+                let leaf = Child::Leaf(pack_range(next_slot, len));
                 nodes[node as usize].set(lane, &EMPTY, EVERY_MASK, leaf);
                 next_slot += len;
                 continue;

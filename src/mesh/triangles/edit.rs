@@ -3,6 +3,7 @@
 use bevy::math::Vec3;
 
 use super::TriangleMesh;
+use crate::spatial::simd::LANES;
 
 /// How an edited mesh differs from what it was, from the least to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -16,32 +17,23 @@ pub(crate) enum MeshEdit {
 }
 
 impl TriangleMesh {
-    /// How `edited`, which must be as [`from_mesh`](Self::from_mesh) returns it, differs from this mesh, whose slots may
-    /// be in any order.
+    /// How `edited` differs from this mesh. The slots of both may be in any order.
     pub(crate) fn edit_to(&self, edited: &Self) -> MeshEdit {
         if self.len() != edited.len() || self.vertex_count() != edited.vertex_count() {
             return MeshEdit::Topology;
         }
         let mut edit = MeshEdit::Attributes;
-        for triangle in &self.triangles {
-            // Where none was left out, a triangle is where its number says.
-            let is_it = |slot: &usize| {
-                edited
-                    .triangles
-                    .get(*slot)
-                    .is_some_and(|new| new.number == triangle.number)
-            };
-            let slot = Some(triangle.number as usize).filter(is_it).or_else(|| {
-                let slot = edited
-                    .triangles
-                    .binary_search_by_key(&triangle.number, |new| new.number);
-                slot.ok()
-            });
-            let new = slot.map(|slot| &edited.triangles[slot]);
-            let Some(new) = new.filter(|new| new.vertices == triangle.vertices) else {
+        for slot in self.slots() {
+            let number = self.number(slot);
+            // Mostly none was left out, and the triangles of an edited mesh are in order.
+            let is_it = |&slot: &u32| edited.holds(slot) && edited.number(slot) == number;
+            let Some(new) = Some(number).filter(is_it).or_else(|| edited.slot_of(number)) else {
                 return MeshEdit::Topology;
             };
-            if new.corners != triangle.corners {
+            if edited.fixed.vertices[number as usize] != self.fixed.vertices[number as usize] {
+                return MeshEdit::Topology;
+            }
+            if edited.corners(new) != self.corners(slot) {
                 edit = MeshEdit::Positions;
             }
         }
@@ -51,23 +43,22 @@ impl TriangleMesh {
     /// The positions of the vertices by their numbers; zero for those that no triangle uses.
     pub(crate) fn positions(&self) -> Vec<Vec3> {
         let mut positions = vec![Vec3::ZERO; self.vertex_count()];
-        for triangle in &self.triangles {
-            for (&vertex, &corner) in triangle.vertices.iter().zip(&triangle.corners) {
-                positions[vertex as usize] = corner;
+        for slot in self.slots() {
+            let vertices = self.fixed.vertices[self.number(slot) as usize];
+            for (vertex, corner) in vertices.into_iter().zip(self.corners(slot)) {
+                positions[vertex as usize] = corner.into();
             }
         }
         positions
     }
 
-    /// Takes over what a hit reports of the vertices from an edited mesh that has as many.
+    /// Takes over what a hit reports of the vertices from an edited mesh that has the same triangles.
     pub(crate) fn take_attributes_of(&mut self, edited: &Self) {
-        debug_assert_eq!(self.vertex_count(), edited.vertex_count());
-        self.vertices.copy_from_slice(&edited.vertices);
-        (self.has_uvs, self.left_out) = (edited.has_uvs, edited.left_out);
+        self.fixed = edited.fixed.clone();
     }
 
-    /// The size of the copy, in bytes.
-    pub fn memory(&self) -> usize {
-        size_of_val(&*self.triangles) + size_of_val(&*self.vertices)
+    fn holds(&self, slot: u32) -> bool {
+        let (packet, lane) = (slot as usize / LANES, slot as usize % LANES);
+        self.packets.get(packet).is_some_and(|packet| lane < packet.len())
     }
 }

@@ -93,14 +93,17 @@ impl<K: Copy> AabbTree<K> {
     pub(super) fn any_hit_masked(&self, mask: u32, ray: &Ray, mut test: impl FnMut(K, &Ray) -> bool) -> bool {
         let Some(root) = self.root else { return false };
         let mut found = false;
-        traverse::visit_any(&self.nodes, root, mask, ray.t_max(), Entering::new(ray), |leaf| {
-            found = test(self.leaves.key_at(leaf), ray);
-            if found {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        });
+        traverse::visit_any(
+            &self.nodes,
+            root,
+            mask,
+            ray.t_max(),
+            Entering::new(ray),
+            |leaf, _: f32| {
+                found = test(self.leaves.key_at(leaf), ray);
+                if found { Visit::Stop } else { Visit::Continue }
+            },
+        );
         found
     }
 
