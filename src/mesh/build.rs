@@ -29,8 +29,6 @@ const LEAVES: Leaves = Leaves {
 pub struct MeshBuildSettings {
     /// All give the same answers: the better ones take longer to build.
     pub strategy: BuildStrategy,
-    /// Whether to take less memory, and more time for every query.
-    pub compact: bool,
 }
 
 /// For a mesh that stays as it is.
@@ -38,7 +36,6 @@ impl Default for MeshBuildSettings {
     fn default() -> Self {
         Self {
             strategy: BuildStrategy::Reinsertion,
-            compact: false,
         }
     }
 }

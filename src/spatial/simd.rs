@@ -1,8 +1,8 @@
 //! Eight `f32` at once: with AVX2 where the processor has it, found out at run time, and as plain loops elsewhere.
 //!
 //! Both give the same answers to the last bit: no operation is fused, and minima and maxima of a NaN are defined. The
-//! only unsafe code of this crate is here: vector instructions, which are called after the processor was asked, and
-//! prefetching, which reads nothing.
+//! only unsafe code of this crate is here: vector instructions, which are called after the processor was asked,
+//! prefetching, which reads nothing, and advice to the system about memory, which changes nothing that is in it.
 #![expect(
     unsafe_code,
     reason = "vector instructions that are called after the processor was asked for them"

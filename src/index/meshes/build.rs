@@ -24,10 +24,7 @@ impl Build {
         let progress = Arc::new(BuildProgress::default());
         let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn({
             let progress = progress.clone();
-            let settings = MeshBuildSettings {
-                strategy,
-                ..MeshBuildSettings::default()
-            };
+            let settings = MeshBuildSettings { strategy };
             async move { MeshBvh::build_with(&triangles, &settings, Some(&progress)) }
         });
         Self {

@@ -7,7 +7,8 @@ use bevy::{
 };
 use bevy_sightline::{
     geometry::ray::{Ray, triangle::Backfaces},
-    mesh::{MeshBvh, TriangleMesh},
+    mesh::{MeshBuildSettings, MeshBvh, TriangleMesh},
+    spatial::BuildStrategy,
 };
 
 use super::{Hit, MeshRays, models::Model, refit::Refit};
@@ -27,7 +28,10 @@ pub(crate) fn build(source: &TriangleMesh) -> MeshBvh {
 
 /// The quickest build.
 pub(crate) fn build_fast(source: &TriangleMesh) -> MeshBvh {
-    MeshBvh::build(source)
+    let settings = MeshBuildSettings {
+        strategy: BuildStrategy::Ploc,
+    };
+    MeshBvh::build_with(source, &settings, None).expect("nothing calls it off")
 }
 
 impl MeshRays for MeshBvh {
