@@ -14,7 +14,7 @@ use bevy::{
 };
 use bevy_sightline::{
     geometry::ray::{Ray, triangle::Backfaces},
-    mesh::{MeshBvh, TriangleHit, TriangleMesh, UnusableMesh},
+    mesh::{MeshBuildSettings, MeshBvh, TriangleHit, TriangleMesh, UnusableMesh},
 };
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

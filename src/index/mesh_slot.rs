@@ -9,6 +9,7 @@ use bevy::{asset::AssetId, ecs::entity::Entity, math::Vec3A, mesh::Mesh};
 use tracing::warn;
 
 use super::{
+    MeshSettings,
     meshes::{Loaded, MeshStatus, Role, Triangles, Volumes},
     surface::PlacedSurface,
     triangles::TrianglesRef,
@@ -109,7 +110,7 @@ impl MeshSlot {
 
     /// Takes over the triangles of `mesh`, and has a hierarchy fitted to them or built if there is a demand. `user` is
     /// named if they are bad.
-    pub fn load(&mut self, id: AssetId<Mesh>, mesh: &Mesh, user: Option<Entity>, rebuild_factor: f32) {
+    pub fn load(&mut self, id: AssetId<Mesh>, mesh: &Mesh, user: Option<Entity>, settings: MeshSettings) {
         let mut warn_once = |what: std::fmt::Arguments| {
             if !std::mem::replace(&mut self.warned, true) {
                 let of_user = user.map_or(String::new(), |user| format!(" (used by {user})"));
@@ -128,9 +129,9 @@ impl MeshSlot {
                 }
                 self.deformer = MeshDeformer::from_mesh(mesh, &triangles).map(Arc::new);
                 if let Content::Loaded(loaded) = &mut self.content {
-                    loaded.edit(triangles, rebuild_factor)
+                    loaded.edit(triangles, settings)
                 } else {
-                    self.content = Content::Loaded(Loaded::new(triangles));
+                    self.content = Content::Loaded(Loaded::new(triangles, settings.compact));
                     MeshEdit::Topology
                 }
             }

@@ -45,6 +45,9 @@ pub struct MeshSettings {
     /// Those go first that no ray came near for longest; those that one came near within the last 60 frames stay, and so
     /// do all triangles, whatever the budget: answers stay exact.
     pub memory_budget: Option<usize>,
+    /// Whether the hierarchies that are built from now on take less than half the memory, and rays up to twice as long.
+    /// False by default.
+    pub compact: bool,
     /// When the hierarchy of an edited mesh is built anew: when it costs rays so many times what it cost when it was
     /// built, by the surface area heuristic. 1.5 by default; infinity is never.
     pub rebuild_factor: f32,
@@ -54,6 +57,7 @@ impl Default for MeshSettings {
     fn default() -> Self {
         Self {
             memory_budget: None,
+            compact: false,
             rebuild_factor: 1.5,
         }
     }

@@ -22,7 +22,7 @@ pub(super) struct TrianglePacket {
 }
 
 /// The number of a lane without a triangle.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 impl TrianglePacket {
     /// A packet of one to eight triangles with their numbers.

@@ -1,8 +1,13 @@
 //! The triangles of a mesh, whichever way the mesh stores them.
 
 mod edit;
+mod moving;
+mod storage;
 
 pub(crate) use edit::MeshEdit;
+pub(super) use moving::MovingTriangles;
+use storage::Group;
+pub(super) use storage::{Indexed, Storage};
 
 use std::{
     ops::{Add, Mul},
@@ -26,7 +31,7 @@ use crate::{
         tolerance,
         volume::{AnyVolume, BoundingKind, UnboundablePoints, Volume},
     },
-    spatial::simd::{LANES, Portable, Simd},
+    spatial::simd::LANES,
 };
 
 /// The most corners that the hull of a mesh has as a [`bounding_volume`](TriangleMesh::bounding_volume).
@@ -73,7 +78,7 @@ pub enum UnusableMesh {
 /// and the texture coordinates.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
-    packets: Vec<TrianglePacket>,
+    storage: Storage,
     /// The number of triangles.
     len: usize,
     /// The box around all triangles.
@@ -86,7 +91,7 @@ pub struct TriangleMesh {
 /// No triangle is in this slot.
 const NO_SLOT: u32 = u32::MAX;
 
-/// What stays as it is when vertices move, and whatever the order of the packets.
+/// What stays as it is when vertices move, and whatever the order of the slots.
 #[derive(Debug)]
 struct Fixed {
     /// The numbers of the vertices of each triangle, by its number; anything where a triangle was left out.
@@ -126,7 +131,7 @@ impl TriangleMesh {
         };
         let positions = values.as_float3().ok_or(UnusableMesh::PositionFormat(values.into()))?;
 
-        let numbered: Vec<Numbered> = match (mesh.try_indices_option().ok().flatten(), topology) {
+        let Listed { vertices, count } = match (mesh.try_indices_option().ok().flatten(), topology) {
             (None, PrimitiveTopology::TriangleStrip) => strip(0..positions.len() as u32, None),
             (None, _) => list(0..positions.len() as u32),
             (Some(Indices::U16(indices)), PrimitiveTopology::TriangleStrip) => {
@@ -139,21 +144,21 @@ impl TriangleMesh {
             (Some(Indices::U32(indices)), _) => list(indices.iter().copied()),
         };
 
-        let corner = |vertex: u32| {
-            let position = positions.get(vertex as usize).copied().map(Vec3A::from);
-            position.filter(|position| position.is_finite())
-        };
-        let triangles = numbered.iter().filter_map(|&(number, vertices)| {
-            let [a, b, c] = vertices.map(corner);
-            Some(([a?, b?, c?], number))
-        });
-        let triangles: Vec<([Vec3A; 3], u32)> = triangles.collect();
-        let corners = triangles.iter().flat_map(|(corners, _)| *corners);
-        let aabb = Aabb3d::enclosing(corners).map_err(|_| UnusableMesh::NoTriangles)?;
-
-        let mut vertices = vec![[0; 3]; numbered.last().map_or(0, |(number, _)| *number as usize + 1)];
-        for &(number, of_triangle) in &numbered {
-            vertices[number as usize] = of_triangle;
+        let positions: Vec<Vec3> = positions.iter().copied().map(Vec3::from).collect();
+        let mut numbers = Vec::with_capacity(vertices.len());
+        let mut aabb = EMPTY;
+        for (number, of_triangle) in (0..).zip(&vertices) {
+            let corners =
+                of_triangle.map(|vertex| positions.get(vertex as usize).copied().map_or(Vec3A::NAN, Vec3A::from));
+            if corners.iter().all(|corner| corner.is_finite()) {
+                numbers.push(number);
+                for corner in corners {
+                    (aabb.min, aabb.max) = (aabb.min.min(corner), aabb.max.max(corner));
+                }
+            }
+        }
+        if numbers.is_empty() {
+            return Err(UnusableMesh::NoTriangles);
         }
         let normals = match mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL) {
             Ok(VertexAttributeValues::Float32x3(normals)) if normals.len() == positions.len() => normals.clone(),
@@ -164,19 +169,16 @@ impl TriangleMesh {
             _ => Vec::new(),
         };
         Ok(Self {
-            packets: triangles
-                .chunks(LANES)
-                .map(|chunk| TrianglePacket::new(chunk.iter().copied()))
-                .collect(),
-            len: triangles.len(),
+            len: numbers.len(),
             aabb,
             fixed: Arc::new(Fixed {
                 vertices,
                 vertex_count: positions.len(),
                 normals,
                 uvs,
-                left_out: numbered.len() - triangles.len(),
+                left_out: count - numbers.len(),
             }),
+            storage: Storage::indexed(&numbers, Arc::new(positions)),
             slots_by_number: Arc::default(),
         })
     }
@@ -337,35 +339,29 @@ impl TriangleMesh {
         let fixed = &self.fixed;
         size_of::<Self>()
             + size_of::<Fixed>()
-            + self.packets.capacity() * size_of::<TrianglePacket>()
+            + self.storage.memory()
             + fixed.vertices.capacity() * size_of::<[u32; 3]>()
             + fixed.normals.capacity() * size_of::<[f32; 3]>()
             + fixed.uvs.capacity() * size_of::<[f32; 2]>()
     }
 
-    /// Where triangles are kept: packet by packet, of which some are not full.
+    /// Where triangles are kept: group by group, of which some are not full.
     pub(super) fn slots(&self) -> impl Iterator<Item = u32> + '_ {
-        let packets = (0..).step_by(LANES).zip(&self.packets);
-        packets.flat_map(|(first, packet)| first..first + packet.len() as u32)
+        (0..self.storage.group_count()).flat_map(|group| {
+            let first = (group * LANES) as u32;
+            first..first + self.storage.len_of(group) as u32
+        })
     }
 
     #[inline]
     pub(super) fn corners(&self, slot: u32) -> [Vec3A; 3] {
-        let (packet, lane) = self.find(slot);
-        packet.corners(lane)
+        self.storage.corners(slot, &self.fixed.vertices)
     }
 
     /// The number of a triangle in the mesh.
     #[inline]
     pub(super) fn number(&self, slot: u32) -> u32 {
-        let (packet, lane) = self.find(slot);
-        packet.number(lane)
-    }
-
-    #[inline]
-    fn find(&self, slot: u32) -> (&TrianglePacket, usize) {
-        let slot = slot as usize;
-        (&self.packets[slot / LANES], slot % LANES)
+        self.storage.number(slot)
     }
 
     /// The box of a triangle, with the slack that its ray test needs.
@@ -383,34 +379,15 @@ impl TriangleMesh {
         }
     }
 
-    pub(super) fn packets(&self) -> &[TrianglePacket] {
-        &self.packets
+    #[inline]
+    pub(super) fn storage(&self) -> &Storage {
+        &self.storage
     }
 
-    /// Moves vertex `i` to `positions[i]`, and with it the corners of the triangles.
-    ///
-    /// # Panics
-    ///
-    /// As [`MeshBvh::refit`](super::MeshBvh::refit).
-    pub fn move_vertices(&mut self, positions: &[Vec3]) {
-        let packets = 0..self.packets.len();
-        let mut moving = self.moving(positions);
-        for packet in packets {
-            moving.move_packet(Portable, packet);
-        }
-        moving.finish();
-    }
-
-    /// Moves vertex `i` to `positions[i]`: each packet as it is asked for.
-    pub(super) fn moving<'a>(&'a mut self, positions: &'a [Vec3]) -> MovingTriangles<'a> {
-        MovingTriangles {
-            packets: &mut self.packets,
-            vertices: &self.fixed.vertices,
-            positions,
-            aabb: &mut self.aabb,
-            moved: EMPTY,
-            finite: Vec3A::ZERO,
-        }
+    /// The vertices of all triangles, by number.
+    #[inline]
+    pub(super) fn vertices(&self) -> &[[u32; 3]] {
+        &self.fixed.vertices
     }
 
     /// A packet of the triangles in some slots, one to eight.
@@ -419,53 +396,31 @@ impl TriangleMesh {
         TrianglePacket::new(slots.map(|slot| (self.corners(slot), self.number(slot))))
     }
 
-    /// The same triangles in other packets.
-    pub(super) fn repacked(&self, packets: Vec<TrianglePacket>) -> Self {
+    /// The same triangles in packets.
+    pub(super) fn packed(&self, packets: Vec<TrianglePacket>) -> Self {
+        self.with_storage(Storage::Packed(packets))
+    }
+
+    /// The same triangles in groups, by their slots here.
+    pub(super) fn indexed<G: Iterator<Item = u32>>(&self, groups: impl Iterator<Item = G>) -> Self {
+        let groups = groups.map(|slots| Group::new(slots.map(|slot| self.number(slot))));
+        self.with_storage(Storage::Indexed(Indexed {
+            groups: groups.collect(),
+            positions: match &self.storage {
+                Storage::Packed(_) => Arc::new(self.positions().into_owned()),
+                Storage::Indexed(indexed) => Arc::clone(&indexed.positions),
+            },
+        }))
+    }
+
+    fn with_storage(&self, storage: Storage) -> Self {
         Self {
-            packets,
+            storage,
             len: self.len,
             aabb: self.aabb,
             fixed: Arc::clone(&self.fixed),
             slots_by_number: Arc::default(),
         }
-    }
-}
-
-/// Triangles whose vertices are moved, packet by packet.
-pub(super) struct MovingTriangles<'a> {
-    packets: &'a mut [TrianglePacket],
-    vertices: &'a [[u32; 3]],
-    positions: &'a [Vec3],
-    /// The box of the mesh; that around what has moved comes there in the end.
-    aabb: &'a mut Aabb3d,
-    moved: Aabb3d,
-    /// Zero, or NaN after a position that is not finite.
-    finite: Vec3A,
-}
-
-impl MovingTriangles<'_> {
-    /// Moves the triangles of a packet, and returns the box around their boxes.
-    #[inline(always)]
-    pub fn move_packet<S: Simd>(&mut self, simd: S, packet: usize) -> Aabb3d {
-        let packet = &mut self.packets[packet];
-        let (mut moved, mut finite) = (self.moved, self.finite);
-        packet.move_corners(|number| {
-            self.vertices[number as usize].map(|vertex| {
-                let position = Vec3A::from(self.positions[vertex as usize]);
-                moved.min = moved.min.min(position);
-                moved.max = moved.max.max(position);
-                finite += position * 0.0;
-                position.into()
-            })
-        });
-        (self.moved, self.finite) = (moved, finite);
-        packet.bounds(simd)
-    }
-
-    /// Ends the move, when every packet was moved.
-    pub fn finish(self) {
-        assert!(self.finite == Vec3A::ZERO, "positions must be finite");
-        *self.aabb = self.moved;
     }
 }
 
@@ -478,29 +433,42 @@ pub(super) fn nearer(best: Option<TriangleHit>, hit: TriangleHit) -> Option<Tria
     }
 }
 
-/// A number of a triangle in the mesh, and its vertices.
-type Numbered = (u32, [u32; 3]);
+/// The triangles of a mesh as it lists them.
+struct Listed {
+    /// By number; [`GAP`] where a strip begins anew.
+    vertices: Vec<[u32; 3]>,
+    /// The number of triangles.
+    count: usize,
+}
 
-fn list(mut indices: impl Iterator<Item = u32>) -> Vec<Numbered> {
-    (0..)
-        .map_while(|number| Some((number, [indices.next()?, indices.next()?, indices.next()?])))
-        .collect()
+/// No vertices: beyond the end of any mesh.
+const GAP: [u32; 3] = [u32::MAX; 3];
+
+fn list(mut indices: impl Iterator<Item = u32>) -> Listed {
+    let mut vertices = Vec::with_capacity(indices.size_hint().0 / 3);
+    while let (Some(a), Some(b), Some(c)) = (indices.next(), indices.next(), indices.next()) {
+        vertices.push([a, b, c]);
+    }
+    let count = vertices.len();
+    Listed { vertices, count }
 }
 
 /// The triangles of a strip: every second one is turned round, so that all face one way.
-fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Vec<Numbered> {
+fn strip(indices: impl Iterator<Item = u32>, restart: Option<u32>) -> Listed {
     let indices: Vec<u32> = indices.collect();
-    let mut since_restart = 0;
-    let triangle = |(number, window): (u32, &[u32])| {
+    let (mut since_restart, mut count) = (0, 0);
+    let triangle = |window: &[u32]| {
         if window.iter().any(|index| Some(*index) == restart) {
             since_restart = 0;
-            return None;
+            return GAP;
         }
         since_restart += 1;
+        count += 1;
         let (a, b, c) = (window[0], window[1], window[2]);
-        Some((number, if since_restart % 2 == 1 { [a, b, c] } else { [b, a, c] }))
+        if since_restart % 2 == 1 { [a, b, c] } else { [b, a, c] }
     };
-    (0..).zip(indices.windows(3)).filter_map(triangle).collect()
+    let vertices = indices.windows(3).map(triangle).collect();
+    Listed { vertices, count }
 }
 
 /// The sum of three values, each weighted by a barycentric coordinate.

@@ -133,3 +133,59 @@ fn a_hierarchy_takes_no_more_memory_than_its_parts() {
     let per_triangle = bvh.memory() as f32 / bvh.mesh().len() as f32;
     assert!((40.0..100.0).contains(&per_triangle), "{per_triangle} bytes a triangle");
 }
+
+fn compact(mesh: &Mesh) -> MeshBvh {
+    let settings = MeshBuildSettings {
+        compact: true,
+        ..MeshBuildSettings::default()
+    };
+    MeshBvh::build_with(&triangles(mesh), &settings, None).expect("nothing calls it off")
+}
+
+#[test]
+fn a_compact_hierarchy_answers_as_any_other() {
+    for (seed, mesh) in [
+        (70, sphere()),
+        (71, list(soup(&mut rng(72), 500))),
+        (73, strip(zigzag(50))),
+    ] {
+        let (mut small, mut large) = (compact(&mesh), MeshBvh::build(&triangles(&mesh)));
+        assert_eq!(small.validate(), Ok(()));
+        assert_answer_alike_where_hit(seed, &small, &large);
+        let moved = twisted(&mesh, 3.0);
+        small.refit(&moved);
+        large.refit(&moved);
+        assert_eq!((small.validate(), small.mesh().aabb()), (Ok(()), large.mesh().aabb()));
+        assert_answer_alike_where_hit(seed, &small, &large);
+    }
+}
+
+/// Towards triangles, that few rays at random hit.
+fn assert_answer_alike_where_hit(seed: u64, a: &MeshBvh, b: &MeshBvh) {
+    let mut rng = rng(seed);
+    for corners in a.mesh().corners_of_all() {
+        let target = corners.iter().sum::<Vec3>() / 3.0;
+        let origin = target + random_point(&mut rng, 2.0);
+        let Some(ray) = Ray::new(origin, target - origin, f32::INFINITY) else {
+            continue;
+        };
+        let hit = a.closest_hit(&ray, Backfaces::Include);
+        assert_eq!(bits(hit), bits(b.closest_hit(&ray, Backfaces::Include)), "{ray:?}");
+        assert_eq!(a.any_hit(&ray, Backfaces::Include), hit.is_some());
+    }
+}
+
+#[test]
+fn a_compact_hierarchy_takes_less_than_half_the_memory() {
+    // Without normals and texture coordinates, which both keep.
+    let mut mesh = sphere();
+    mesh.remove_attribute(Mesh::ATTRIBUTE_NORMAL);
+    mesh.remove_attribute(Mesh::ATTRIBUTE_UV_0);
+    let (small, large) = (compact(&mesh), MeshBvh::build(&triangles(&mesh)));
+    assert!(
+        2 * small.memory() < large.memory(),
+        "{} of {}",
+        small.memory(),
+        large.memory()
+    );
+}

@@ -20,11 +20,11 @@ pub(in crate::index) struct Build {
 }
 
 impl Build {
-    pub fn start(triangles: Triangles, strategy: BuildStrategy) -> Self {
+    pub fn start(triangles: Triangles, strategy: BuildStrategy, compact: bool) -> Self {
         let progress = Arc::new(BuildProgress::default());
         let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn({
             let progress = progress.clone();
-            let settings = MeshBuildSettings { strategy };
+            let settings = MeshBuildSettings { strategy, compact };
             async move { MeshBvh::build_with(&triangles, &settings, Some(&progress)) }
         });
         Self {
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn a_build_that_is_dropped_is_cancelled() {
         let mesh = TriangleMesh::from_mesh(&Mesh::from(Cuboid::default())).expect("a usable mesh");
-        let build = Build::start(Triangles::Bare(Arc::new(mesh.clone())), BuildStrategy::Ploc);
+        let build = Build::start(Triangles::Bare(Arc::new(mesh.clone())), BuildStrategy::Ploc, false);
         let progress = build.progress.clone();
         drop(build);
         let built = MeshBvh::build_with(&mesh, &MeshBuildSettings::default(), Some(&progress));

@@ -4,7 +4,7 @@ use std::{ops::Deref, sync::Arc};
 
 use super::build::Build;
 use crate::{
-    index::triangles::TrianglesRef,
+    index::{MeshSettings, triangles::TrianglesRef},
     mesh::{MeshBvh, MeshEdit, TriangleMesh},
     spatial::BuildStrategy,
 };
@@ -50,13 +50,16 @@ pub(in crate::index) struct Loaded {
     build: Option<Build>,
     /// What the hierarchy cost when it was built.
     cost_when_built: f64,
+    /// Whether hierarchies are built to take little memory.
+    compact: bool,
     /// Whether the vertices have been edited: who is edited once is edited again.
     is_edited: bool,
 }
 
 impl Loaded {
-    pub fn new(mesh: TriangleMesh) -> Self {
+    pub fn new(mesh: TriangleMesh, compact: bool) -> Self {
         Self {
+            compact,
             triangles: Triangles::Bare(Arc::new(mesh)),
             build: None,
             cost_when_built: 0.0,
@@ -78,19 +81,19 @@ impl Loaded {
     /// is there.
     pub fn build(&mut self) {
         if let (Triangles::Bare(mesh), None) = (&self.triangles, &self.build) {
-            self.build = Some(Build::start(Triangles::Bare(Arc::clone(mesh)), IN_HASTE));
+            self.build = Some(Build::start(Triangles::Bare(Arc::clone(mesh)), IN_HASTE, self.compact));
         }
     }
 
     /// Takes over the triangles of the mesh after an edit; returns what has changed.
     ///
     /// Where its vertices have but moved, the hierarchy follows them at once, and is built anew beside its use when it
-    /// costs `rebuild_factor` times what it cost when it was built. A build that is under way goes on, for its result can
+    /// costs [`rebuild_factor`](MeshSettings::rebuild_factor) times what it cost when it was built. A build that is under way goes on, for its result can
     /// follow too: a mesh that is edited every frame gets its hierarchy in the end.
-    pub fn edit(&mut self, edited: TriangleMesh, rebuild_factor: f32) -> MeshEdit {
+    pub fn edit(&mut self, edited: TriangleMesh, settings: MeshSettings) -> MeshEdit {
         let edit = self.triangles.edit_to(&edited);
         if edit == MeshEdit::Topology {
-            *self = Self::new(edited);
+            *self = Self::new(edited, settings.compact);
             self.is_edited = true;
             return edit;
         }
@@ -103,10 +106,10 @@ impl Loaded {
             Triangles::Built(bvh) => {
                 let bvh = Arc::make_mut(bvh);
                 bvh.take_vertices_of(&edited, edit);
-                let is_worn =
-                    edit == MeshEdit::Positions && bvh.sah_cost() > self.cost_when_built * f64::from(rebuild_factor);
+                let is_worn = edit == MeshEdit::Positions
+                    && bvh.sah_cost() > self.cost_when_built * f64::from(settings.rebuild_factor);
                 if is_worn && self.build.is_none() {
-                    self.build = Some(Build::start(Triangles::Bare(Arc::new(edited)), IN_HASTE));
+                    self.build = Some(Build::start(Triangles::Bare(Arc::new(edited)), IN_HASTE, self.compact));
                 }
             }
         }
@@ -126,7 +129,7 @@ impl Loaded {
         let is_first = !self.has_hierarchy();
         self.triangles = Triangles::Built(Arc::new(bvh));
         if is_first && !self.is_edited {
-            self.build = Some(Build::start(self.triangles.clone(), AT_LEISURE));
+            self.build = Some(Build::start(self.triangles.clone(), AT_LEISURE, self.compact));
         }
         true
     }
@@ -140,7 +143,7 @@ impl Loaded {
             },
             build: None,
             cost_when_built: 0.0,
-            is_edited: false,
+            ..self
         }
     }
 

@@ -144,7 +144,7 @@ impl MeshBvhs {
         let slot = self.slots.entry(id).or_default();
         slot.users += 1;
         if let (MeshStatus::Missing, Some(mesh)) = (slot.status(), assets.and_then(|assets| assets.get(id))) {
-            slot.load(id, mesh, Some(entity), self.settings.rebuild_factor);
+            slot.load(id, mesh, Some(entity), self.settings);
             self.note_build(id);
         }
     }
@@ -190,7 +190,7 @@ impl MeshBvhs {
             _ if slot.users == 0 => {
                 self.slots.remove(&id);
             }
-            Some(mesh) => slot.load(id, mesh, None, self.settings.rebuild_factor),
+            Some(mesh) => slot.load(id, mesh, None, self.settings),
             None => slot.unload(),
         }
         self.note_build(id);

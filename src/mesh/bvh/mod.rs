@@ -31,7 +31,7 @@ pub(super) const LEAF_SIZE: usize = LANES;
 pub struct MeshBvh {
     /// The root first.
     nodes: Vec<WideNode>,
-    /// A packet for each leaf, in the order of the nodes and lanes.
+    /// A group of its triangles for each leaf, in the order of the nodes and lanes.
     mesh: TriangleMesh,
 }
 
@@ -55,7 +55,9 @@ impl MeshBvh {
 
     /// The triangles, without the hierarchy.
     pub(crate) fn into_mesh(self) -> TriangleMesh {
+        let slots: Vec<u32> = self.mesh.slots().collect();
         self.mesh
+            .indexed(slots.chunks(LANES).map(|chunk| chunk.iter().copied()))
     }
 
     pub(super) fn nodes(&self) -> &[WideNode] {
@@ -63,10 +65,10 @@ impl MeshBvh {
     }
 }
 
-/// A leaf in 31 bits: the packet, and how many of its lanes come after the first.
-fn pack_slots(packet: u32, count: u32) -> u32 {
-    debug_assert!((1..=LEAF_SIZE as u32).contains(&count) && packet < 1 << 28);
-    packet << 3 | (count - 1)
+/// A leaf in 31 bits: the group, and how many of its lanes come after the first.
+fn pack_slots(group: u32, count: u32) -> u32 {
+    debug_assert!((1..=LEAF_SIZE as u32).contains(&count) && group < 1 << 28);
+    group << 3 | (count - 1)
 }
 
 /// A leaf that is being built, in 31 bits: its first place in the order of the leaves, and how many come after that.
@@ -82,17 +84,17 @@ fn unpack_range(leaf: u32) -> Range<usize> {
 
 /// The slots of a leaf.
 pub(super) fn unpack_slots(leaf: u32) -> Range<u32> {
-    let first = packet_of(leaf) as u32 * LANES as u32;
+    let first = group_of(leaf) as u32 * LANES as u32;
     first..first + (leaf & 7) + 1
 }
 
-/// The packet of a leaf.
+/// The group of a leaf.
 #[inline(always)]
-fn packet_of(leaf: u32) -> usize {
+fn group_of(leaf: u32) -> usize {
     (leaf >> 3) as usize
 }
 
-/// The lanes of its packet that a leaf has.
+/// The lanes of its group that a leaf has.
 #[inline(always)]
 fn lanes_of(leaf: u32) -> u32 {
     (2 << (leaf & 7)) - 1

@@ -10,23 +10,27 @@ use crate::{
 };
 
 impl MeshBvh {
-    /// A hierarchy of `built` nodes, whose leaves are [ranges](pack_range) of `slots` of `mesh`. The triangles are packed in
-    /// the order of the nodes and lanes that have them: what a ray visits one after the other lies side by side.
-    pub(in crate::mesh) fn pack(mesh: &TriangleMesh, slots: &[u32], built: &[WideNode]) -> Self {
-        let leaves = built.iter().flat_map(|node| &node.children);
-        let mut packets = with_huge_pages(leaves.filter(|child| child.leaf().is_some()).count());
+    /// A hierarchy of `built` nodes, whose leaves are [ranges](super::pack_range) of `slots` of `mesh`. The triangles come
+    /// in the order of the nodes and lanes that have them: what a ray visits one after the other lies side by side.
+    pub(in crate::mesh) fn pack(mesh: &TriangleMesh, slots: &[u32], built: &[WideNode], compact: bool) -> Self {
         let mut nodes = with_huge_pages(built.len());
         nodes.extend_from_slice(built);
+        let mut ranges = Vec::new();
         for child in nodes.iter_mut().flat_map(|node: &mut WideNode| &mut node.children) {
             if let Some(leaf) = child.leaf() {
                 let range = unpack_range(leaf);
-                *child = PackedChild::pack(Child::Leaf(pack_slots(packets.len() as u32, range.len() as u32)));
-                packets.push(mesh.gather(slots[range].iter().copied()));
+                *child = PackedChild::pack(Child::Leaf(pack_slots(ranges.len() as u32, range.len() as u32)));
+                ranges.push(range);
             }
         }
-        Self {
-            nodes,
-            mesh: mesh.repacked(packets),
-        }
+        let groups = ranges.into_iter().map(|range| slots[range].iter().copied());
+        let mesh = if compact {
+            mesh.indexed(groups)
+        } else {
+            let mut packets = with_huge_pages(groups.len());
+            packets.extend(groups.map(|group| mesh.gather(group)));
+            mesh.packed(packets)
+        };
+        Self { nodes, mesh }
     }
 }

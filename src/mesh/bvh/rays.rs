@@ -1,6 +1,8 @@
 //! Rays against the hierarchy.
 
-use super::{MeshBvh, lanes_of, packet_of};
+use std::ops::Deref;
+
+use super::{MeshBvh, group_of, lanes_of};
 use crate::{
     geometry::ray::{
         Ray,
@@ -8,7 +10,7 @@ use crate::{
     },
     mesh::{
         packet::TrianglePacket,
-        triangles::{TriangleHit, nearer},
+        triangles::{Indexed, Storage, TriangleHit, nearer},
     },
     spatial::{
         Visit,
@@ -22,9 +24,25 @@ use crate::{
 impl MeshBvh {
     /// The nearest hit. Of triangles at one parameter the one with the smallest number wins.
     pub fn closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> Option<TriangleHit> {
+        match self.mesh.storage() {
+            Storage::Packed(packets) => self.closest_of(&packets[..], ray, backfaces),
+            Storage::Indexed(indexed) => self.closest_of(&Gathered(indexed, self.mesh.vertices()), ray, backfaces),
+        }
+    }
+
+    /// Whether there is any hit: stops at the first.
+    pub fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
+        match self.mesh.storage() {
+            Storage::Packed(packets) => self.any_of(&packets[..], ray, backfaces),
+            Storage::Indexed(indexed) => self.any_of(&Gathered(indexed, self.mesh.vertices()), ray, backfaces),
+        }
+    }
+
+    #[inline]
+    fn closest_of(&self, groups: &(impl Groups + ?Sized), ray: &Ray, backfaces: Backfaces) -> Option<TriangleHit> {
         let mut hit = None;
         let visit = Closest {
-            packets: self.mesh.packets(),
+            groups,
             ray: &TriangleRay::new(ray),
             backfaces,
             t_max: ray.t_max(),
@@ -34,11 +52,11 @@ impl MeshBvh {
         hit
     }
 
-    /// Whether there is any hit: stops at the first.
-    pub fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
+    #[inline]
+    fn any_of(&self, groups: &(impl Groups + ?Sized), ray: &Ray, backfaces: Backfaces) -> bool {
         let mut found = false;
         let visit = Any {
-            packets: self.mesh.packets(),
+            groups,
             ray: &TriangleRay::new(ray),
             backfaces,
             t_max: ray.t_max(),
@@ -49,9 +67,68 @@ impl MeshBvh {
     }
 }
 
+/// Groups of triangles, as rays test them.
+trait Groups {
+    /// What is handed out.
+    type Packet<'a>: Deref<Target = TrianglePacket>
+    where
+        Self: 'a;
+
+    fn get(&self, group: usize) -> Self::Packet<'_>;
+
+    /// Asks for a group to be brought close.
+    fn prefetch(&self, group: usize);
+}
+
+impl Groups for [TrianglePacket] {
+    type Packet<'a> = &'a TrianglePacket;
+
+    #[inline(always)]
+    fn get(&self, group: usize) -> &TrianglePacket {
+        &self[group]
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, group: usize) {
+        prefetch(&self[group]);
+    }
+}
+
+/// Triangles that are gathered from their vertices.
+struct Gathered<'a>(&'a Indexed, &'a [[u32; 3]]);
+
+/// A packet of its own.
+struct Own(TrianglePacket);
+
+impl Deref for Own {
+    type Target = TrianglePacket;
+
+    #[inline(always)]
+    fn deref(&self) -> &TrianglePacket {
+        &self.0
+    }
+}
+
+impl Groups for Gathered<'_> {
+    type Packet<'a>
+        = Own
+    where
+        Self: 'a;
+
+    #[inline(always)]
+    fn get(&self, group: usize) -> Own {
+        Own(self.0.gather(group, self.1))
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, group: usize) {
+        prefetch(&self.0.groups[group]);
+    }
+}
+
 /// Looks for the nearest hit.
-struct Closest<'a> {
-    packets: &'a [TrianglePacket],
+struct Closest<'a, G: ?Sized> {
+    groups: &'a G,
     ray: &'a TriangleRay,
     backfaces: Backfaces,
     /// The parameter of the hit, or the end of the ray.
@@ -59,12 +136,12 @@ struct Closest<'a> {
     hit: &'a mut Option<TriangleHit>,
 }
 
-impl VisitLeaf for Closest<'_> {
+impl<G: Groups + ?Sized> VisitLeaf for Closest<'_, G> {
     const WAITS: bool = true;
 
     #[inline(always)]
     fn visit<S: Simd>(&mut self, simd: S, leaf: u32, _at: f32) -> Visit {
-        let packet = &self.packets[packet_of(leaf)];
+        let packet = self.groups.get(group_of(leaf));
         let mut lanes = packet.candidates(simd, self.ray, self.backfaces) & lanes_of(leaf);
         let before = self.t_max;
         while lanes != 0 {
@@ -75,7 +152,7 @@ impl VisitLeaf for Closest<'_> {
                     t: hit.t,
                     triangle: packet.number(lane),
                     barycentrics: hit.barycentrics,
-                    slot: (packet_of(leaf) * LANES + lane) as u32,
+                    slot: (group_of(leaf) * LANES + lane) as u32,
                 };
                 *self.hit = nearer(*self.hit, hit);
                 self.t_max = hit.t;
@@ -90,25 +167,25 @@ impl VisitLeaf for Closest<'_> {
 
     #[inline(always)]
     fn prefetch(&self, leaf: u32) {
-        prefetch(&self.packets[packet_of(leaf)]);
+        self.groups.prefetch(group_of(leaf));
     }
 }
 
 /// Looks for any hit.
-struct Any<'a> {
-    packets: &'a [TrianglePacket],
+struct Any<'a, G: ?Sized> {
+    groups: &'a G,
     ray: &'a TriangleRay,
     backfaces: Backfaces,
     t_max: f32,
     found: &'a mut bool,
 }
 
-impl VisitLeaf for Any<'_> {
+impl<G: Groups + ?Sized> VisitLeaf for Any<'_, G> {
     const WAITS: bool = true;
 
     #[inline(always)]
     fn visit<S: Simd>(&mut self, simd: S, leaf: u32, _at: f32) -> Visit {
-        let packet = &self.packets[packet_of(leaf)];
+        let packet = self.groups.get(group_of(leaf));
         let mut lanes = packet.candidates(simd, self.ray, self.backfaces) & lanes_of(leaf);
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % LANES;
@@ -126,6 +203,6 @@ impl VisitLeaf for Any<'_> {
 
     #[inline(always)]
     fn prefetch(&self, leaf: u32) {
-        prefetch(&self.packets[packet_of(leaf)]);
+        self.groups.prefetch(group_of(leaf));
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy::math::Vec3;
 
-use super::{MeshBvh, packet_of, unpack_slots};
+use super::{MeshBvh, group_of, unpack_slots};
 use crate::{
     geometry::aabb::{EMPTY, union},
     mesh::triangles::{MeshEdit, MovingTriangles, TriangleMesh},
@@ -70,7 +70,7 @@ impl Task for Refit<'_> {
             for lane in 0..self.nodes[index].len() {
                 let bounds = match self.nodes[index].child(lane) {
                     Child::Node(child) => self.nodes[child as usize].bounds_with(simd),
-                    Child::Leaf(leaf) => self.triangles.move_packet(simd, packet_of(leaf)),
+                    Child::Leaf(leaf) => self.triangles.move_group(simd, group_of(leaf)),
                 };
                 self.nodes[index].set_aabb(lane, &bounds);
             }

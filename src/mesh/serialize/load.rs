@@ -34,7 +34,7 @@ impl MeshBvh {
             .map(|&number| slots.take(u32::from_le_bytes(number)))
             .collect();
         let order = order.ok_or(UnreadableBvh::Malformed)?;
-        let mut bvh = Self::pack(mesh, &order, &nodes);
+        let mut bvh = Self::pack(mesh, &order, &nodes, false);
         bvh.fit_boxes();
         Ok(bvh)
     }

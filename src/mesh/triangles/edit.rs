@@ -1,8 +1,10 @@
 //! How a mesh that was edited differs from the copy of it.
 
+use std::borrow::Cow;
+
 use bevy::math::Vec3;
 
-use super::TriangleMesh;
+use super::{Storage, TriangleMesh};
 use crate::spatial::simd::LANES;
 
 /// How an edited mesh differs from what it was, from the least to the most.
@@ -40,8 +42,11 @@ impl TriangleMesh {
         edit
     }
 
-    /// The positions of the vertices by their numbers; zero for those that no triangle uses.
-    pub(crate) fn positions(&self) -> Vec<Vec3> {
+    /// The positions of the vertices by their numbers; of those that no triangle uses, anything.
+    pub(crate) fn positions(&self) -> Cow<'_, [Vec3]> {
+        if let Storage::Indexed(indexed) = self.storage() {
+            return Cow::Borrowed(&indexed.positions);
+        }
         let mut positions = vec![Vec3::ZERO; self.vertex_count()];
         for slot in self.slots() {
             let vertices = self.fixed.vertices[self.number(slot) as usize];
@@ -49,7 +54,7 @@ impl TriangleMesh {
                 positions[vertex as usize] = corner.into();
             }
         }
-        positions
+        Cow::Owned(positions)
     }
 
     /// Takes over what a hit reports of the vertices from an edited mesh that has the same triangles.
@@ -58,7 +63,7 @@ impl TriangleMesh {
     }
 
     fn holds(&self, slot: u32) -> bool {
-        let (packet, lane) = (slot as usize / LANES, slot as usize % LANES);
-        self.packets.get(packet).is_some_and(|packet| lane < packet.len())
+        let (group, lane) = (slot as usize / LANES, slot as usize % LANES);
+        group < self.storage.group_count() && lane < self.storage.len_of(group)
     }
 }
