@@ -79,6 +79,9 @@ pub(crate) fn run(effort: Effort) {
         sides.push(Named::new("bvh 0.13 flat", || Flat::build(&model)));
         race_rays(&model, "", &sides, effort);
         report_memory(&model, "", &sides);
+        sides[0] = Named::new(OURS, || ours::build_compact(&ours::source(&model)));
+        race_incoherent(&model, "-compact", &sides, effort);
+        report_memory(&model, "-compact", &sides);
         drop(sides);
         build::run(&model, effort);
         refit::run(&model, effort);
@@ -94,23 +97,30 @@ pub(crate) fn run(effort: Effort) {
 }
 
 fn race_rays(model: &Model, suffix: &str, sides: &[Named], effort: Effort) {
-    let turns = match effort {
-        Effort::Quick => 20,
-        Effort::Full => 100,
-    };
     let case = |name: &str| format!("mesh/{name}-{}{suffix}", model.name);
-    let incoherent = rays::incoherent(model, TURN * turns);
+    let incoherent = race_incoherent(model, suffix, sides, effort);
     let hits = rays::surface(model, &incoherent, &*sides[0].rays);
     let closest = |name, rays: &[Ray]| {
         let sides = &mut by(sides, |side, ray| side.closest(ray));
         race(&case(name), TURN, rays, sides, |a, b| same(model, a, b));
     };
-    closest("closest-incoherent", &incoherent);
     closest("closest-bounce", &rays::bounces(&hits));
     closest("closest-camera", &rays::camera(model, effort));
     let shadows = rays::shadows(model, &hits);
     let sides = &mut by(sides, |side, ray| side.any(ray));
     race(&case("any"), TURN, &shadows, sides, |a, b| a == b);
+}
+
+fn race_incoherent(model: &Model, suffix: &str, sides: &[Named], effort: Effort) -> Vec<Ray> {
+    let turns = match effort {
+        Effort::Quick => 20,
+        Effort::Full => 100,
+    };
+    let incoherent = rays::incoherent(model, TURN * turns);
+    let case = format!("mesh/closest-incoherent-{}{suffix}", model.name);
+    let sides = &mut by(sides, |side, ray| side.closest(ray));
+    race(&case, TURN, &incoherent, sides, |a, b| same(model, a, b));
+    incoherent
 }
 
 fn by<'a, A: 'a>(sides: &'a [Named], query: fn(&dyn MeshRays, &Ray) -> A) -> Vec<Side<'a, Ray, A>> {

@@ -26,10 +26,20 @@ pub(crate) fn build(source: &TriangleMesh) -> MeshBvh {
     MeshBvh::build(source)
 }
 
+/// What takes the least memory.
+pub(crate) fn build_compact(source: &TriangleMesh) -> MeshBvh {
+    let settings = MeshBuildSettings {
+        compact: true,
+        ..MeshBuildSettings::default()
+    };
+    MeshBvh::build_with(source, &settings, None).expect("nothing calls it off")
+}
+
 /// The quickest build.
 pub(crate) fn build_fast(source: &TriangleMesh) -> MeshBvh {
     let settings = MeshBuildSettings {
         strategy: BuildStrategy::Ploc,
+        ..MeshBuildSettings::default()
     };
     MeshBvh::build_with(source, &settings, None).expect("nothing calls it off")
 }
