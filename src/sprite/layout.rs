@@ -2,7 +2,7 @@
 
 use bevy::{
     image::TextureAtlasLayout,
-    math::{BVec2, DVec2, Rect, Vec2},
+    math::{BVec2, DVec2, Rect, URect, Vec2},
     sprite::{Anchor, SliceScaleMode, Sprite, SpriteImageMode, SpriteScalingMode, TextureSlicer},
 };
 
@@ -48,7 +48,7 @@ impl SpriteLayout {
         let atlas_rect = atlas
             .zip(sprite.texture_atlas.as_ref())
             .and_then(|(layout, atlas)| layout.textures.get(atlas.index))
-            .map(|rect| rect.as_rect());
+            .map(URect::as_rect);
         let known_size = image_size.or(atlas.map(|atlas| atlas.size.as_vec2()));
         let flip = BVec2::new(sprite.flip_x, sprite.flip_y);
 

@@ -48,7 +48,7 @@ impl MeshBvh {
             t_max: ray.t_max(),
             hit: &mut hit,
         };
-        visit_in_order(&self.nodes, 0, EVERY_MASK, ray.t_max(), &Entering::new(ray), visit);
+        visit_in_order(&self.nodes, 0, EVERY_MASK, ray.t_max(), Entering::new(ray), visit);
         hit
     }
 
@@ -62,7 +62,7 @@ impl MeshBvh {
             t_max: ray.t_max(),
             found: &mut found,
         };
-        visit_any(&self.nodes, 0, EVERY_MASK, ray.t_max(), &Entering::new(ray), visit);
+        visit_any(&self.nodes, 0, EVERY_MASK, ray.t_max(), Entering::new(ray), visit);
         found
     }
 }

@@ -3,7 +3,7 @@
 //! Source: Meister and Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy Optimization*, 2018: for each of many
 //! nodes, the place is found where the areas of all nodes together would be least if it were there. Of these moves the
 //! best are done first, and none that touches a node which a better one has touched. The batches become smaller, so that
-//! the largest nodes are tried most often (after Gustafson's `obvhs`).
+//! the largest nodes are tried most often (as the crate `obvhs` has it).
 
 use smallvec::SmallVec;
 

@@ -4,7 +4,8 @@ use bevy::math::bounding::Aabb3d;
 use bevy_sightline::{
     geometry::ray::Ray,
     spatial::{
-        AabbTree, KdTree, LeafId, PointKdTree, SpatialQueries, SpatialUpdates, UniformGrid, kd_tree::SplitMethod,
+        AabbTree, BuildStrategy, KdTree, LeafId, PointKdTree, SpatialQueries, SpatialUpdates, UniformGrid,
+        kd_tree::SplitMethod,
     },
 };
 
@@ -16,6 +17,13 @@ pub(crate) type Tree = AabbTree<u32>;
 /// The tree of the boxes, whose keys are their indices.
 pub(crate) fn tree(boxes: &[Aabb3d]) -> Tree {
     fill(Tree::new(), boxes).0
+}
+
+/// The tree of the boxes, built at leisure.
+pub(crate) fn best_tree(boxes: &[Aabb3d]) -> Tree {
+    let mut tree = tree(boxes);
+    tree.rebuild_with(BuildStrategy::Reinsertion);
+    tree
 }
 
 /// The tree of the boxes, kept up.

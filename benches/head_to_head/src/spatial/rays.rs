@@ -24,7 +24,7 @@ pub(crate) fn run(effort: Effort) {
             let scene = make(n);
             let boxes = &scene.boxes;
             let peers: Vec<Named> = vec![
-                (OURS, Box::new(ours::tree(boxes))),
+                (OURS, Box::new(ours::best_tree(boxes))),
                 (obvhs::BINARY, Box::new(obvhs::Binary::build(boxes))),
                 (obvhs::WIDE, Box::new(obvhs::Wide::build(boxes))),
                 (
@@ -42,7 +42,7 @@ pub(crate) fn run(effort: Effort) {
             {
                 use super::embree::{Embree, NAME};
                 let sides: Vec<Named> = vec![
-                    (OURS, Box::new(ours::tree(boxes))),
+                    (OURS, Box::new(ours::best_tree(boxes))),
                     (NAME, Box::new(Embree::build(boxes))),
                 ];
                 race_all(&scene, size, "-embree", sides, effort);
