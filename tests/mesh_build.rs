@@ -9,7 +9,7 @@ use bevy::{
     asset::RenderAssetUsages,
     math::{Vec3, Vec3A},
     mesh::{Mesh, PrimitiveTopology},
-    tasks::{AsyncComputeTaskPool, TaskPoolBuilder},
+    tasks::{AsyncComputeTaskPool, ComputeTaskPool, TaskPoolBuilder},
 };
 use bevy_sightline::{
     geometry::ray::{Ray, triangle::Backfaces},
@@ -151,7 +151,8 @@ fn progress_only_grows_and_ends_at_one() {
 }
 
 #[test]
-fn a_task_of_a_pool_with_one_thread_builds_with_that_pool() {
+fn a_task_of_another_pool_builds_with_the_compute_pool() {
+    ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(1).build());
     let pool = AsyncComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(1).build());
     let mesh = Arc::new(mesh(soup(40_000)));
     let tasks: Vec<_> = STRATEGIES

@@ -6,7 +6,7 @@ use bevy::{
         Affine3A, DVec3, Vec3A,
         bounding::{Aabb3d, BoundingSphere},
     },
-    mesh::PrimitiveTopology,
+    mesh::{PrimitiveTopology, morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
 };
 use bevy_sightline::{
@@ -21,13 +21,17 @@ use bevy_sightline::{
         support::Support,
         volume::Volume,
     },
+    index::{MeshBvhs, PosedMeshes, SyncStats},
     mesh::{MeshBvh, PlacedMesh, TriangleMesh},
     prelude::*,
     spatial::{AabbTree, SpatialUpdates},
 };
 use rand::Rng;
 
-use crate::common::{add_mesh, headless_app, query, random_dir, random_point, random_rotation, rng};
+use crate::{
+    common::{add_mesh, cast, headless_app, query, random_dir, random_point, random_rotation, rng, settle},
+    skinned_picking::rig::{move_joint, spawn_rig, square, with_one_joint},
+};
 
 #[test]
 fn a_ray_in_the_plane_of_the_upper_face_of_a_box_hits_it() {
@@ -255,4 +259,84 @@ fn a_tiny_mesh_touches_a_huge_one_whichever_is_asked() {
         let small = PlacedMesh::new(&upright, Affine3A::from_scale(Vec3::splat(scale)));
         assert!(small.intersects(&big) && big.intersects(&small), "{scale:e}");
     }
+}
+
+/// What a ray from high above hits.
+fn from_above(app: &mut App, x: f32) -> Option<Entity> {
+    let ray = Ray3d::new(Vec3::new(x, 100.0, 0.1), Dir3::NEG_Y);
+    cast(app, ray).map(|hit| hit.entity)
+}
+
+/// The entity is at x = 30, and its joint at the origin.
+#[test]
+fn a_shape_that_replaces_a_skin_while_a_joint_moves_is_where_the_entity_is() {
+    let mut app = headless_app();
+    let rig = spawn_rig(&mut app, with_one_joint(square()), &[Transform::default()]);
+    settle(&mut app);
+    move_joint(&mut app, rig.joints[0], Transform::from_xyz(5.0, 0.0, 0.0));
+    app.world_mut()
+        .entity_mut(rig.entity)
+        .insert(PickShape::new(Cuboid::default()));
+    app.update();
+    assert_eq!(
+        (from_above(&mut app, 30.1), from_above(&mut app, 5.1)),
+        (Some(rig.entity), None)
+    );
+}
+
+#[test]
+fn a_skin_that_is_given_to_an_entity_that_moves_is_where_its_joints_are() {
+    let mut app = headless_app();
+    let rig = spawn_rig(&mut app, with_one_joint(square()), &[Transform::default()]);
+    let skin = app.world().get::<SkinnedMesh>(rig.entity).expect("a skin").clone();
+    app.world_mut().entity_mut(rig.entity).remove::<SkinnedMesh>();
+    settle(&mut app);
+    app.world_mut()
+        .entity_mut(rig.entity)
+        .insert((skin, Transform::from_xyz(31.0, 0.0, 0.0)));
+    app.update();
+    assert_eq!(
+        (from_above(&mut app, 0.1), from_above(&mut app, 31.1)),
+        (Some(rig.entity), None)
+    );
+}
+
+#[test]
+fn what_poses_and_meshes_are_is_not_marked_as_changed_by_moves_and_idle_frames() {
+    let mut app = headless_app();
+    let mesh = add_mesh(&mut app, Cuboid::default());
+    let cube = app.world_mut().spawn((Mesh3d(mesh), Transform::default())).id();
+    settle(&mut app);
+    let mut last = app.world_mut().change_tick();
+    for step in 0..3 {
+        app.world_mut()
+            .entity_mut(cube)
+            .insert(Transform::from_xyz(step as f32, 0.0, 0.0));
+        app.update();
+        let world = app.world();
+        let this = world.read_change_tick();
+        let changed = |ticks: Option<bevy::ecs::change_detection::ComponentTicks>| {
+            ticks.expect("a resource").is_changed(last, this)
+        };
+        assert!(!changed(world.get_resource_change_ticks::<MeshBvhs>()));
+        assert!(!changed(world.get_resource_change_ticks::<PosedMeshes>()));
+        last = this;
+    }
+}
+
+#[test]
+fn a_morph_weight_that_stays_nan_is_no_news_in_an_idle_frame() {
+    let mut app = headless_app();
+    let mut rng = rng(7);
+    let mesh = add_mesh(
+        &mut app,
+        crate::skinned_picking::rig::with_random_targets(square(), &mut rng, 2),
+    );
+    let weights = vec![f32::NAN, 0.5];
+    app.world_mut()
+        .spawn((Mesh3d(mesh), MeshMorphWeights::Value { weights }, Transform::default()));
+    settle(&mut app);
+    app.update();
+    let stats = app.world().resource::<SyncStats>();
+    assert_eq!((stats.posed, stats.reconciled), (0, 0));
 }

@@ -33,6 +33,8 @@ pub struct BoundedBy(pub BoundingKind);
 /// axis-aligned box is there at once; if the volume would overflow; and under a transform that flattens the entity. A
 /// `PickShape` comes before all this.
 ///
+/// A skinned or morphed mesh is not posed then: its volume is that of the mesh as it was made, at the place of the entity.
+///
 /// [`BoundedBy`], which changes no answer, is about entities whose triangles are hit, and does nothing for others.
 ///
 /// ```

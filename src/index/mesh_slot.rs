@@ -35,6 +35,8 @@ pub(super) struct MeshSlot {
     /// The frame since which there are none.
     pub unused_since: u32,
     demand: Demand,
+    /// Counts the hierarchies that there have been.
+    generation: u32,
     volumes: Volumes,
     /// Whether the user has been told that the mesh is bad.
     warned: bool,
@@ -74,6 +76,11 @@ impl MeshSlot {
             Content::Loaded(loaded) if loaded.progress().is_some() => MeshStatus::Building,
             Content::Loaded(_) => MeshStatus::Dormant,
         }
+    }
+
+    /// New with each hierarchy that is taken over.
+    pub fn generation(&self) -> u32 {
+        self.generation
     }
 
     pub fn progress(&self) -> Option<f32> {
@@ -218,6 +225,7 @@ impl MeshSlot {
             built.hierarchy = loaded.collect_built();
         }
         if built.hierarchy {
+            self.generation = self.generation.wrapping_add(1);
             *self.last_use.get_mut() = frame;
         }
         built.surface = self.volumes.collect_built(triangles_of(&self.content));

@@ -45,7 +45,8 @@
 //! They are found and hit as they are [posed](PosedMeshes), vertex for vertex where Bevy's renderer draws them: a skinned
 //! mesh where its joints are, wherever its own entity is. Their world boxes are around the pose, whatever their `Aabb`. A
 //! skin on a mesh without joint indices and weights, and joint indices and weights without a skin, are of no effect; a
-//! `Mesh2d` is not posed. Which faces are back faces, the triangles decide in their pose.
+//! `Mesh2d` is not posed, nor is what rays hit in place of the triangles: a [`PickShape`], or a volume ([`HitSurface`]), is
+//! where the entity is. Which faces are back faces, the triangles decide in their pose.
 
 mod components;
 mod hit;

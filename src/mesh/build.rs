@@ -1,6 +1,6 @@
 //! Building the hierarchy of a mesh: how, by whom, and how far it has come.
 
-use bevy::tasks::{AsyncComputeTaskPool, TaskPool};
+use bevy::tasks::{ComputeTaskPool, TaskPool};
 
 use super::{
     bvh::{LEAF_SIZE, MeshBvh, pack_range},
@@ -52,18 +52,27 @@ impl MeshBvh {
 
     /// Builds the hierarchy; `None` if `progress` was told to [cancel](BuildProgress::cancel).
     ///
-    /// Large meshes are built by the threads of the [`AsyncComputeTaskPool`] too, where there is one, and may be from a
-    /// task of any pool: frames do not wait for them. The hierarchy is the same for any number of threads.
+    /// Large meshes are built by the threads of the [`ComputeTaskPool`] too, where there is one. The hierarchy is the same
+    /// for any number of threads.
     pub fn build_with(
         mesh: &TriangleMesh,
         settings: &MeshBuildSettings,
         progress: Option<&BuildProgress>,
     ) -> Option<Self> {
-        let pool = AsyncComputeTaskPool::try_get().filter(|_| mesh.len() >= MANY);
+        let pool = ComputeTaskPool::try_get().filter(|_| mesh.len() >= MANY);
         match pool {
             Some(pool) => Self::build_by(mesh, settings, progress, &Pool(pool)),
             None => Self::build_by(mesh, settings, progress, &Alone),
         }
+    }
+
+    /// The same by the calling thread alone: in the background, where frames have a use for the other threads.
+    pub fn build_alone(
+        mesh: &TriangleMesh,
+        settings: &MeshBuildSettings,
+        progress: Option<&BuildProgress>,
+    ) -> Option<Self> {
+        Self::build_by(mesh, settings, progress, &Alone)
     }
 
     fn build_by(

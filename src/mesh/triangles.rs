@@ -340,6 +340,10 @@ impl TriangleMesh {
         size_of::<Self>()
             + size_of::<Fixed>()
             + self.storage.memory()
+            + self
+                .slots_by_number
+                .get()
+                .map_or(0, |slots| slots.capacity() * size_of::<u32>())
             + fixed.vertices.capacity() * size_of::<[u32; 3]>()
             + fixed.normals.capacity() * size_of::<[f32; 3]>()
             + fixed.uvs.capacity() * size_of::<[f32; 2]>()

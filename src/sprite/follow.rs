@@ -210,7 +210,7 @@ impl SpriteMasks {
         });
         let mask = mask.map(Arc::new);
         // What no sprite uses any more goes when there is something new.
-        let is_used = |mask: &Option<Arc<AlphaMask>>| mask.as_ref().is_some_and(|mask| Arc::strong_count(mask) > 1);
+        let is_used = |mask: &Option<Arc<AlphaMask>>| mask.as_ref().is_none_or(|mask| Arc::strong_count(mask) > 1);
         of_image.masks.retain(|(_, mask)| is_used(mask));
         of_image.masks.push((threshold.to_bits(), mask.clone()));
         mask

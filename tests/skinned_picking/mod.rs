@@ -2,7 +2,7 @@
 
 mod models;
 mod reference;
-mod rig;
+pub mod rig;
 
 use bevy::{
     math::{

@@ -25,7 +25,7 @@ impl Build {
         let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn({
             let progress = progress.clone();
             let settings = MeshBuildSettings { strategy, compact };
-            async move { MeshBvh::build_with(&triangles, &settings, Some(&progress)) }
+            async move { MeshBvh::build_alone(&triangles, &settings, Some(&progress)) }
         });
         Self {
             progress,

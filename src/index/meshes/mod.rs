@@ -26,9 +26,10 @@ use crate::{
 
 /// The bounding volume hierarchies of all meshes that indexed entities use, by asset: one for all instances of a mesh.
 ///
-/// They are built on the [`AsyncComputeTaskPool`](bevy::tasks::AsyncComputeTaskPool). While one is being built, rays test
-/// every triangle of the mesh instead: the answers are the same, only slower. They are always those of the mesh as it
-/// was at the last [`Sync`](super::SpatialIndexSystems::Sync):
+/// They are built on the [`AsyncComputeTaskPool`](bevy::tasks::AsyncComputeTaskPool), twice: in haste, and then, unless the
+/// mesh has been edited, a better one beside the use of the first. Until the first is there, rays test every triangle of
+/// the mesh instead: the answers are the same, only slower. They are always those of the mesh as it was at the last
+/// [`Sync`](super::SpatialIndexSystems::Sync):
 ///
 /// - **An edit that only moves vertices** is followed at once by the hierarchy, in O(n), whose boxes are fitted to the
 ///   triangles. The more they have moved among each other the longer rays take; at
@@ -65,7 +66,7 @@ pub enum MeshStatus {
     /// The asset has no surface, as a warning has said. Rays hit nothing.
     Unusable,
     /// There is no hierarchy: it was dropped to save memory, or nobody has asked for it, for rays hit but
-    /// [volumes](super::HitSurface) of the mesh. The next ray that asks tests all triangles, and has it built.
+    /// [volumes](super::HitSurface) of the mesh. The next ray at triangles tests all of them, and has it built.
     Dormant,
     /// Rays test all triangles.
     Building,

@@ -2,7 +2,7 @@
 
 use std::sync::{
     Arc, Mutex, OnceLock, PoisonError,
-    atomic::{AtomicBool, Ordering},
+    atomic::{AtomicBool, AtomicU32, Ordering},
 };
 
 use bevy::{
@@ -15,7 +15,7 @@ use bevy::{
 use super::{PoseInputs, stats::PosingCounters};
 use crate::{
     geometry::{aabb::Aabb3dExt, volume::Volume},
-    index::{MeshStatus, Refusal, mesh_slot::MeshSlot, triangles::TrianglesRef},
+    index::{Refusal, mesh_slot::MeshSlot, triangles::TrianglesRef},
     mesh::{MeshDeformer, Pose, PosedMesh},
 };
 
@@ -32,6 +32,8 @@ pub(in crate::index) struct PosedEntity {
     posed: OnceLock<PosedMesh>,
     /// The mesh in an earlier pose, for its memory.
     spare: Mutex<Option<PosedMesh>>,
+    /// Of which hierarchy of the mesh these are copies.
+    generation: AtomicU32,
     /// Whether the mesh was asked for since the last frame.
     is_asked: AtomicBool,
     /// For how many frames it was not.
@@ -49,6 +51,7 @@ impl PosedEntity {
             pose,
             posed: OnceLock::new(),
             spare: Mutex::new(None),
+            generation: AtomicU32::new(0),
             is_asked: AtomicBool::new(false),
             idle: 0,
         }
@@ -97,14 +100,15 @@ impl PosedEntity {
         self.posed.get().is_some() || self.spare.lock().is_ok_and(|spare| spare.is_some())
     }
 
-    /// Frees what was not asked for in so many frames, and what has no hierarchy although there is one now.
-    pub fn tidy(&mut self, kept: u32, status: Option<MeshStatus>) {
+    /// Frees what was not asked for in so many frames, and copies of a hierarchy that was replaced; `generation` is that of
+    /// the present one.
+    pub fn tidy(&mut self, kept: u32, generation: Option<u32>) {
         let is_asked = std::mem::take(self.is_asked.get_mut());
         let spare = self.spare.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let Some(copy) = self.posed.get().or(spare.as_ref()) else {
+        if self.posed.get().is_none() && spare.is_none() {
             return;
-        };
-        let is_outdated = status == Some(MeshStatus::Ready) && copy.bvh().is_none();
+        }
+        let is_outdated = generation.is_some_and(|generation| generation != *self.generation.get_mut());
         self.idle = if is_asked { 0 } else { self.idle.saturating_add(1) };
         if is_outdated || self.idle > kept {
             *spare = None;
@@ -112,7 +116,8 @@ impl PosedEntity {
         }
     }
 
-    /// The mesh in its pose, which is posed by the first who asks; others wait for it. `None` if it is not loaded.
+    /// The mesh in its pose, which is posed by the first who asks; others wait for it. `None` if it is not loaded, or was
+    /// edited since the pose was brought up to date.
     pub fn posed(&self, slot: &MeshSlot, counters: &PosingCounters) -> Option<&PosedMesh> {
         if !self.is_asked.load(Ordering::Relaxed) {
             self.is_asked.store(true, Ordering::Relaxed);
@@ -120,18 +125,29 @@ impl PosedEntity {
         if let Some(posed) = self.posed.get() {
             return Some(posed);
         }
-        let surface = slot.tested()?;
+        let surface = slot.tested().filter(|_| self.is_of(slot))?;
         Some(self.posed.get_or_init(|| {
             counters.count(self.deformer.vertex_count(), || {
                 let spare = self.spare.lock().ok().and_then(|mut spare| spare.take());
-                let mut posed = spare.unwrap_or_else(|| match surface {
-                    TrianglesRef::Listed(mesh) => PosedMesh::of_triangles(mesh),
-                    TrianglesRef::Hierarchy(bvh) => PosedMesh::of_bvh(bvh),
+                let mut posed = spare.unwrap_or_else(|| {
+                    self.generation.store(slot.generation(), Ordering::Relaxed);
+                    match surface {
+                        TrianglesRef::Listed(mesh) => PosedMesh::of_triangles(mesh),
+                        TrianglesRef::Hierarchy(bvh) => PosedMesh::of_bvh(bvh),
+                    }
                 });
                 posed.pose(&self.deformer, &self.pose);
                 posed
             })
         }))
+    }
+}
+
+impl PosedEntity {
+    /// Whether the pose is of the mesh as it is now.
+    pub fn is_of(&self, slot: &MeshSlot) -> bool {
+        slot.deformer()
+            .is_some_and(|deformer| Arc::ptr_eq(deformer, &self.deformer))
     }
 }
 

@@ -112,7 +112,9 @@ impl PoseInputs<'_, '_> {
         };
         let named = named.unwrap_or_default();
         let named = &named[..named.len().min(deformer.target_count())];
-        let changed = weights != named;
+        // By their bits, for a NaN that stays is no change.
+        let changed =
+            weights.len() != named.len() || weights.iter().zip(named).any(|(a, b)| a.to_bits() != b.to_bits());
         if changed {
             weights.clear();
             weights.extend_from_slice(named);

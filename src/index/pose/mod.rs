@@ -142,7 +142,7 @@ impl PosedMeshes {
         let follow = |poses: &mut [Option<PosedEntity>], found: &mut Found| {
             for posed in poses.iter_mut().flatten() {
                 follow_one(posed, inputs, index, found);
-                posed.tidy(kept, meshes.status(posed.mesh));
+                posed.tidy(kept, meshes.slot(posed.mesh).map(MeshSlot::generation));
             }
         };
         let tasks = (self.poses.len() / LEAST_POSES).min(4 * pool.thread_num());

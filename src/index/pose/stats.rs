@@ -10,7 +10,7 @@ use std::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PosingStats {
-    /// How often a mesh was posed: at most once per entity and pose.
+    /// How often a mesh was posed: once per entity and pose, and once more where its copy was given up meanwhile.
     pub meshes: u64,
     /// The vertices of all these meshes.
     pub vertices: u64,

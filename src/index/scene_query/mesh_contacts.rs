@@ -73,8 +73,8 @@ impl SceneQuery<'_, '_> {
     /// The mesh of an entity in its place.
     fn placed_mesh(&self, entity: Entity) -> Option<PlacedMesh<'_>> {
         let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
-        let mesh = match self.posed(surface) {
-            Some(posed) => TrianglesRef::of_posed(posed),
+        let mesh = match surface.pose {
+            Some(_) => TrianglesRef::of_posed(self.posed(surface)?),
             None => self.meshes.used_slot(surface.mesh()?)?.tested()?,
         };
         Some(mesh.placed(*surface.world_from_local()))

@@ -85,7 +85,8 @@ impl SceneQuery<'_, '_> {
 
     /// All hits of a ray, nearest first, written over `hits`: for each entity its nearest.
     ///
-    /// Hits at one distance come in the order in which [`cast_ray`](Self::cast_ray) prefers them.
+    /// Hits at one distance come in the order in which [`cast_ray`](Self::cast_ray) prefers them; of hits that differ by
+    /// no more than rounding, either may come first.
     pub fn cast_ray_all(&self, ray: Ray3d, settings: &SceneQuerySettings, hits: &mut Vec<RayHit>) {
         self.cast_ray_until(ray, settings, |_| false, hits);
     }
@@ -173,8 +174,11 @@ impl SceneQuery<'_, '_> {
         let hit = match surface.shape {
             Shape::Mesh(mesh, bounded_by) => {
                 let mesh = self.meshes.used_slot(mesh)?;
-                Hit::Triangle(match self.posed(surface) {
-                    Some(posed) => TrianglesRef::of_posed(posed).closest_hit(surface, ray, backfaces, |_| false)?,
+                Hit::Triangle(match surface.pose {
+                    Some(_) => {
+                        let posed = TrianglesRef::of_posed(self.posed(surface)?);
+                        posed.closest_hit(surface, ray, backfaces, |_| false)?
+                    }
                     None => mesh.closest_hit(surface, bounded_by, ray, backfaces)?,
                 })
             }
@@ -206,8 +210,9 @@ impl SceneQuery<'_, '_> {
         match surface.shape {
             Shape::Mesh(mesh, bounded_by) => {
                 let mesh = self.meshes.used_slot(mesh);
-                match self.posed(surface) {
-                    Some(posed) => TrianglesRef::of_posed(posed).any_hit(surface, ray, backfaces, |_| false),
+                match surface.pose {
+                    Some(_) => (self.posed(surface))
+                        .is_some_and(|posed| TrianglesRef::of_posed(posed).any_hit(surface, ray, backfaces, |_| false)),
                     None => mesh.is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces)),
                 }
             }
@@ -233,9 +238,11 @@ impl SceneQuery<'_, '_> {
     /// has no such triangle.
     pub fn triangle(&self, entity: Entity, triangle: u32) -> Option<[Vec3; 3]> {
         let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
-        let mesh = self.meshes.triangles(surface.mesh()?)?;
-        let corners = match surface.pose.and_then(|pose| self.poses.get(pose)) {
-            Some(posed) => {
+        let slot = self.meshes.slot(surface.mesh()?)?;
+        let mesh = slot.triangles()?;
+        let corners = match surface.pose {
+            Some(pose) => {
+                let posed = self.poses.get(pose).filter(|posed| posed.is_of(slot))?;
                 let position = |vertex| posed.deformer.position(vertex, &posed.pose);
                 mesh.vertices_of(triangle)?.map(position)
             }
@@ -260,7 +267,7 @@ impl SceneQuery<'_, '_> {
                 (hit.t, normal, None, uv)
             }
             Hit::Triangle(hit) => {
-                let posed = self.posed(surface);
+                let posed = surface.pose.and_then(|_| self.posed(surface));
                 let mesh = match posed {
                     Some(posed) => posed.mesh(),
                     None => self.meshes.triangles(surface.mesh()?)?,

@@ -73,6 +73,9 @@ impl SpatialIndex {
             self.tree.set_mask(tenant.leaf, mask).expect("a tenant has a leaf");
         }
         self.entries[slot] = contents.entry;
+        // Before it was known that there is more to do, the entity may have been noted as one that has but moved.
+        let place = contents.surface.as_ref().map(|surface| *surface.world_from_local());
+        moves.surfaces.extend(place.map(|place| (slot as Slot, place)));
         self.surfaces[slot] = contents.surface;
     }
 

@@ -117,13 +117,17 @@ pub(super) fn follow_entities(
     changes.find(&index, parts);
     let changed_alone: usize = parts.iter().map(|found| found.dirty.len()).sum();
     let posing = Instant::now();
-    poses.follow(&inputs, &index, &meshes, settings.posed_meshes_kept, parts);
+    let quietly = poses.bypass_change_detection();
+    quietly.follow(&inputs, &index, &meshes, settings.posed_meshes_kept, parts);
     let posing = posing.elapsed();
     let mut posed = 0;
     for found in parts {
         moves.append(&mut found.moves);
         dirty.append(&mut found.dirty);
         posed += std::mem::take(&mut found.posed);
+    }
+    if posed > 0 {
+        poses.set_changed();
     }
     dirty.extend(removed.read());
     dirty.extend(inputs.newly_posed());
@@ -146,18 +150,20 @@ pub(super) fn follow_entities(
 
     // Nothing to do must not count as a change of the index.
     if !(moves.is_empty() && dirty.is_empty()) {
-        let mut reconciler = Reconciler {
-            assets: assets.as_deref(),
-            meshes: &mut meshes,
-            poses: &mut poses,
-            inputs: &inputs,
-            index: &mut index,
-            bounded_by_mesh,
-            moves,
-            new,
-        };
-        for entity in dirty.drain(..) {
-            reconciler.reconcile(entity, entities.get(entity).ok());
+        if !dirty.is_empty() {
+            let mut reconciler = Reconciler {
+                assets: assets.as_deref(),
+                meshes: &mut meshes,
+                poses: &mut poses,
+                inputs: &inputs,
+                index: &mut index,
+                bounded_by_mesh,
+                moves,
+                new,
+            };
+            for entity in dirty.drain(..) {
+                reconciler.reconcile(entity, entities.get(entity).ok());
+            }
         }
         let structures = Instant::now();
         index.apply_moves(moves);
