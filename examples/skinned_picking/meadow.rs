@@ -224,7 +224,7 @@ fn lay_ground(
     let blade_mesh = Cone::new(0.008, 0.1).mesh().resolution(3).anchor(ConeAnchor::Base);
     let tuft = (0..7).map(|i| {
         let turned = Quat::from_rotation_y(TAU * i as f32 / 7.0) * Quat::from_rotation_x(0.25 + 0.06 * (i % 3) as f32);
-        Mesh::from(blade_mesh.clone()).rotated_by(turned)
+        Mesh::from(blade_mesh).rotated_by(turned)
     });
     let tuft = tuft.reduce(|mut tuft, blade| {
         tuft.merge(&blade).expect("blades alike");

@@ -36,6 +36,14 @@ pub enum BrokenMeshBvh {
     /// Two triangles have the same number.
     #[error("the triangle in slot {0} has the number of another")]
     SharedNumber(u32),
+    /// There are fewer triangles in the leaves than in the mesh, or more.
+    #[error("there are {leaves} triangles in the leaves and {mesh} in the mesh")]
+    Count {
+        /// In the leaves.
+        leaves: usize,
+        /// In the mesh.
+        mesh: usize,
+    },
     /// A box does not contain what is below it.
     #[error("a box of node {0} does not contain what is below it")]
     LooseBox(u32),
@@ -81,6 +89,10 @@ impl MeshBvh {
         numbers.sort_unstable();
         match numbers.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             Some(pair) => Err(BrokenMeshBvh::SharedNumber(pair[1].1)),
+            None if numbers.len() != triangles => Err(BrokenMeshBvh::Count {
+                leaves: numbers.len(),
+                mesh: triangles,
+            }),
             None => Ok(()),
         }
     }
@@ -146,7 +158,11 @@ mod tests {
     };
 
     use super::*;
-    use crate::{geometry::aabb::EMPTY, mesh::TriangleMesh, mesh::bvh::pack_slots, spatial::wide::EVERY_MASK};
+    use crate::{
+        geometry::aabb::EMPTY,
+        mesh::{TriangleMesh, bvh::pack_range},
+        spatial::wide::EVERY_MASK,
+    };
 
     /// Four triangles in a row.
     fn mesh() -> TriangleMesh {
@@ -165,11 +181,17 @@ mod tests {
     }
 
     fn leaf(first: u32, count: u32) -> Child {
-        Child::Leaf(pack_slots(first, count))
+        Child::Leaf(pack_range(first, count))
+    }
+
+    fn hierarchy(nodes: &[WideNode]) -> MeshBvh {
+        let mut bvh = MeshBvh::pack(&mesh(), &[0, 1, 2, 3], nodes, false);
+        bvh.fit_boxes();
+        bvh
     }
 
     fn verdict(nodes: Vec<WideNode>) -> Result<(), BrokenMeshBvh> {
-        MeshBvh::from_parts(nodes, mesh()).validate()
+        hierarchy(&nodes).validate()
     }
 
     #[test]
@@ -188,14 +210,11 @@ mod tests {
     fn trees_that_lack_or_repeat_something_are_not() {
         assert_eq!(verdict(vec![]), Err(BrokenMeshBvh::NoRoot));
         assert_eq!(verdict(vec![node(&[])]), Err(BrokenMeshBvh::ThinNode(0)));
-        assert_eq!(verdict(vec![node(&[leaf(0, 3)])]), Err(BrokenMeshBvh::NotInOneLeaf(3)));
+        let too_few = BrokenMeshBvh::Count { leaves: 3, mesh: 4 };
+        assert_eq!(verdict(vec![node(&[leaf(0, 3)])]), Err(too_few));
         assert_eq!(
             verdict(vec![node(&[leaf(0, 4), leaf(1, 1)])]),
-            Err(BrokenMeshBvh::NotInOneLeaf(1))
-        );
-        assert_eq!(
-            verdict(vec![node(&[leaf(0, 4), leaf(4, 0)])]),
-            Err(BrokenMeshBvh::Leaf(0))
+            Err(BrokenMeshBvh::SharedNumber(8))
         );
         let lost = vec![node(&[leaf(0, 2), leaf(2, 2)]), node(&[leaf(0, 2), leaf(2, 2)])];
         assert_eq!(verdict(lost), Err(BrokenMeshBvh::NotHeldOnce(1)));
@@ -209,8 +228,9 @@ mod tests {
 
     #[test]
     fn boxes_that_are_too_small_are_noticed() {
-        let bvh = MeshBvh::from_parts(vec![node(&[leaf(0, 2), leaf(2, 2)])], mesh());
-        let verdict = |aabb: Aabb3d| bvh.validate_leaf(0, &aabb, pack_slots(2, 2), &mut [false; 4]);
+        let bvh = hierarchy(&[node(&[leaf(0, 2), leaf(2, 2)])]);
+        let second = bvh.nodes()[0].children[1].leaf().expect("a leaf");
+        let verdict = |aabb: Aabb3d| bvh.validate_leaf(0, &aabb, second, &mut [false; 16]);
         let Aabb3d { min, max } = bvh.nodes()[0].aabb(1);
         assert_eq!(verdict(Aabb3d { min, max }), Ok(()));
         let loose = Err(BrokenMeshBvh::LooseBox(0));
@@ -222,5 +242,16 @@ mod tests {
             }),
             loose
         );
+    }
+
+    #[test]
+    fn leaves_with_what_is_in_another_or_not_there_are_noticed() {
+        let bvh = hierarchy(&[node(&[leaf(0, 2), leaf(2, 2)])]);
+        let aabb = bvh.nodes()[0].aabb(1);
+        let second = bvh.nodes()[0].children[1].leaf().expect("a leaf");
+        let repeated = bvh.validate_leaf(0, &aabb, second, &mut [true; 16]);
+        assert_eq!(repeated, Err(BrokenMeshBvh::NotInOneLeaf(8)));
+        let beyond = bvh.validate_leaf(0, &aabb, second, &mut [false; 9]);
+        assert_eq!(beyond, Err(BrokenMeshBvh::Leaf(0)));
     }
 }

@@ -85,9 +85,7 @@ impl Bench {
             target: NormalizedRenderTarget::Window(window),
             position: Vec2::ZERO,
         };
-        let mut pointer = PointerLocation::default();
-        pointer.location = Some(location);
-        world.spawn((PointerId::Mouse, pointer));
+        world.spawn((PointerId::Mouse, PointerLocation::new(location)));
 
         let image = disc();
         let image = world.resource_mut::<Assets<Image>>().add(image);

@@ -149,11 +149,13 @@ impl Refit for Refitted {
         let Tree { bvh, triangles } = &mut self.tree;
         for node in bvh.nodes.iter_mut().filter(|node| node.is_leaf()) {
             let mut aabb = Aabb::empty();
-            for slot in node.first_index as usize..(node.first_index + node.prim_count) as usize {
-                let vertices = self.vertices[bvh.primitive_indices[slot] as usize];
+            let slots = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+            let numbers = &bvh.primitive_indices[slots.clone()];
+            for (stored, &number) in triangles[slots].iter_mut().zip(numbers) {
+                let vertices = self.vertices[number as usize];
                 let moved = triangle(vertices.map(|vertex| positions[vertex as usize]));
                 aabb = aabb.union(&moved.aabb());
-                triangles[slot] = (&moved).into();
+                *stored = (&moved).into();
             }
             node.set_aabb(aabb);
         }
