@@ -13,7 +13,7 @@ use bevy::{
         schedule::SingleThreadedExecutor,
         system::{RunSystemOnce, SystemState},
     },
-    math::bounding::{Aabb3d, BoundingSphere},
+    math::bounding::{Aabb3d, BoundingSphere, BoundingVolume},
     mesh::{
         MeshPlugin, VertexAttributeValues,
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
@@ -307,15 +307,22 @@ fn skinned_meshes_are_followed_and_hit_without_allocations_once_warm() {
 #[test]
 fn poses_are_followed_on_several_threads() {
     let mut app = app_with_skins(1000, 4);
+    let mut skins = app.world_mut().query_filtered::<Entity, With<SkinnedMesh>>();
+    let skins: Vec<Entity> = skins.iter(app.world()).collect();
+    let mut last_top = f32::NAN;
     for _ in 0..3 {
         app.update();
         assert_eq!(app.world().resource::<SyncStats>().posed, 1000);
+        let index = app.world().resource::<SpatialIndex>();
+        index.validate().expect("a whole index");
+        // All sway alike, side by side.
+        let first = index.aabb(skins[0]).expect("an indexed skin");
+        assert_ne!(first.max.y, last_top);
+        last_top = first.max.y;
+        for (i, &skin) in skins.iter().enumerate() {
+            let aabb = index.aabb(skin).expect("an indexed skin");
+            assert_eq!((aabb.min.y, aabb.max.y), (first.min.y, first.max.y));
+            assert!((aabb.center().x - 4.0 * i as f32).abs() < 0.1);
+        }
     }
-    let mut joints = app.world_mut().query::<(&Joint, &GlobalTransform)>();
-    let highest = joints.iter(app.world()).map(|(_, place)| place.translation().y);
-    let highest = highest.fold(0.0, f32::max);
-    let index = app.world().resource::<SpatialIndex>();
-    index.validate().expect("a whole index");
-    let bounds = index.bounds().expect("not empty");
-    assert!((bounds.max.y - (1.0 + highest)).abs() < 0.1 && bounds.max.x > 3996.5);
 }

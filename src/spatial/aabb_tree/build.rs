@@ -11,6 +11,7 @@ use crate::{
     spatial::{
         BuildStrategy, LeafId, UnsoundBox,
         build::{BuildItem, Builder, Leaves, Order},
+        simd::with_huge_pages,
         wide::{NodeIndex, WideNode},
     },
 };
@@ -139,6 +140,11 @@ pub(super) fn build_nodes(
     links: &mut Vec<NodeLink>,
 ) {
     links.clear();
+    // Nodes have some five children that are leaves.
+    let likely = items.len() / 5;
+    if nodes.capacity() < likely {
+        *nodes = with_huge_pages(likely);
+    }
     let built = builder.build(
         &Order::new(strategy, Leaves::SINGLE),
         items,
