@@ -31,6 +31,7 @@
 //!              SpatialIndexSystems::Optimize upkeep of the tree
 //! ```
 
+pub mod culling;
 pub mod geometry;
 pub mod index;
 pub mod mesh;
@@ -46,6 +47,10 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 pub mod prelude {
     pub use crate::{
         SightlinePlugins,
+        culling::{
+            EnteredView, LeftView, ReportViewChanges, ViewCullingPlugin, ViewCullingSettings, ViewCullingSystems,
+            VisibleSet,
+        },
         geometry::{
             surface::{BoundedSurface, Surface, SurfaceGroup},
             triangle_triangle::TriangleContact,
@@ -71,7 +76,9 @@ pub struct SightlinePlugins;
 
 impl PluginGroup for SightlinePlugins {
     fn build(self) -> PluginGroupBuilder {
-        let group = PluginGroupBuilder::start::<Self>().add(index::SpatialIndexPlugin);
+        let group = PluginGroupBuilder::start::<Self>()
+            .add(index::SpatialIndexPlugin)
+            .add(culling::ViewCullingPlugin);
         #[cfg(feature = "picking")]
         let group = group.add(picking::SpatialPickingPlugin);
         #[cfg(feature = "sprite")]

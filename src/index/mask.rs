@@ -28,7 +28,8 @@ pub(super) fn of_settings(settings: &SceneQuerySettings) -> u32 {
     }
 }
 
-fn of_layers(layers: &RenderLayers) -> u32 {
+/// The mask of what is visible on one of these layers.
+pub(crate) fn of_layers(layers: &RenderLayers) -> u32 {
     let (first, others) = layers.bits().split_first().unwrap_or((&0, &[]));
     let own = *first as u32 & (EVERY_LAYER >> 1);
     let has_others = first >> OVERFLOW != 0 || others.iter().any(|&block| block != 0);

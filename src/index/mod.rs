@@ -50,7 +50,7 @@
 
 mod components;
 mod hit;
-mod mask;
+pub(crate) mod mask;
 mod mesh_slot;
 mod meshes;
 mod pick_shape;
@@ -61,6 +61,7 @@ mod spatial_index;
 mod stats;
 mod surface;
 mod sync;
+pub(crate) mod ticks;
 mod triangles;
 
 pub use crate::geometry::ray::triangle::Backfaces;
@@ -73,6 +74,7 @@ pub use pick_shape::PickShape;
 pub use pose::{PosedMeshes, PosingStats};
 pub use scene_query::{MeshContact, SceneQuery, SweepHit};
 pub use settings::{MeshSettings, QueryVisibility, SceneQuerySettings, SpatialIndexSettings};
+pub(crate) use spatial_index::Key;
 pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
 pub use stats::SyncStats;
 

@@ -306,7 +306,7 @@ impl LaneRegion for [Plane] {
 
 /// The signed distances of the corners that are farthest along the normal, or of those that are farthest against it.
 #[inline(always)]
-fn signed_distances<S: Simd, const ALONG: bool>(simd: S, plane: &Plane, boxes: Boxes) -> S::F32s {
+pub(super) fn signed_distances<S: Simd, const ALONG: bool>(simd: S, plane: &Plane, boxes: Boxes) -> S::F32s {
     let corner = |axis: usize| {
         if (plane.normal[axis] >= 0.0) == ALONG {
             &boxes.max[axis]
@@ -390,7 +390,7 @@ impl LaneRegion for OutlineKind {
 
 /// How far off the signed distances may be.
 #[inline(always)]
-fn roundings<S: Simd>(simd: S, plane: &Plane, boxes: Boxes) -> S::F32s {
+pub(super) fn roundings<S: Simd>(simd: S, plane: &Plane, boxes: Boxes) -> S::F32s {
     let zero = simd.splat(0.0);
     let mut sum = simd.splat(plane.magnitude);
     for axis in 0..3 {

@@ -40,17 +40,21 @@ pub struct SpatialIndex {
     surfaces: Vec<Option<PlacedSurface>>,
     free_slots: Vec<Slot>,
     refused: EntityHashMap<Refusal>,
+    /// What was looked at by the last synchronisation, other than what has but moved.
+    reconciled: Vec<Entity>,
+    /// How often the index was synchronised.
+    syncs: u64,
 }
 
 /// The number of an indexed entity.
-pub(super) type Slot = u32;
+pub(crate) type Slot = u32;
 
 /// No slot has this number.
 const NO_SLOT: Slot = Slot::MAX;
 
 /// What the structures know an entity by. Ordered by entity, which decides between hits at one distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Key {
+pub(crate) struct Key {
     pub entity: Entity,
     pub slot: Slot,
 }
@@ -130,6 +134,8 @@ impl SpatialIndex {
             surfaces: Vec::new(),
             free_slots: Vec::new(),
             refused: EntityHashMap::default(),
+            reconciled: Vec::new(),
+            syncs: 0,
         }
     }
 
@@ -164,8 +170,19 @@ impl SpatialIndex {
         self.refused.iter().map(|(&entity, &why)| (entity, why))
     }
 
-    pub(super) fn tree(&self) -> &AabbTree<Key> {
+    pub(crate) fn tree(&self) -> &AabbTree<Key> {
         &self.tree
+    }
+
+    /// Whatever may have come, gone, or changed otherwise than by moving when the index was synchronised last; some of it
+    /// several times.
+    pub(crate) fn reconciled(&self) -> &[Entity] {
+        &self.reconciled
+    }
+
+    /// How often the index was synchronised.
+    pub(crate) fn syncs(&self) -> u64 {
+        self.syncs
     }
 
     /// The grid, if one is kept.
@@ -226,7 +243,7 @@ impl SpatialIndex {
 
     /// Whether an entity is in the index, and goes where its pose goes.
     #[inline]
-    pub(super) fn is_posed(&self, entity: Entity) -> bool {
+    pub(crate) fn is_posed(&self, entity: Entity) -> bool {
         let slot = self.slot(entity);
         slot.is_some_and(|slot| self.tenants[slot as usize].is_posed)
     }

@@ -159,6 +159,13 @@ impl SpatialIndex {
         }
     }
 
+    /// Notes what a synchronisation has looked at; `reconciled` gets an empty buffer for it.
+    pub(in crate::index) fn note_sync(&mut self, reconciled: &mut Vec<Entity>) {
+        self.reconciled.clear();
+        std::mem::swap(&mut self.reconciled, reconciled);
+        self.syncs += 1;
+    }
+
     /// The tree, to be kept fast.
     pub(in crate::index) fn tree_mut(&mut self) -> &mut AabbTree<Key> {
         &mut self.tree

@@ -23,7 +23,9 @@ use smallvec::SmallVec;
 
 use crate::index::{
     BoundedBy, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
-    pick_shape::DerivedShape, spatial_index::Moves,
+    pick_shape::DerivedShape,
+    spatial_index::Moves,
+    ticks::{Since, blocks, changed, ones},
 };
 
 /// Fewer entities than this are not worth a task.
@@ -31,9 +33,6 @@ const LEAST_ROWS: usize = 16_384;
 
 /// Tasks per thread, so that none waits long for another.
 const TASKS_PER_THREAD: usize = 4;
-
-/// The entities of a table that are looked at together: one bit for each.
-const BLOCK: usize = u64::BITS as usize;
 
 /// An entity could be in the index.
 type HasBounds = Or<(
@@ -187,70 +186,52 @@ impl<'w> Table<'w> {
         ),
     ) -> Self {
         let others = [
-            ticks(mesh_2d),
-            ticks(mesh_3d),
-            ticks(simplified),
-            ticks(shape),
-            ticks(derived),
-            ticks(bounded_by),
-            ticks(hit_surface),
-            ticks(visible),
-            ticks(layers),
-            ticks(backfaces),
-            ticks(not_in),
+            changed(mesh_2d),
+            changed(mesh_3d),
+            changed(simplified),
+            changed(shape),
+            changed(derived),
+            changed(bounded_by),
+            changed(hit_surface),
+            changed(visible),
+            changed(layers),
+            changed(backfaces),
+            changed(not_in),
         ];
         Self {
             entities,
             transforms,
-            resized: ticks(aabb),
+            resized: changed(aabb),
             others: others.into_iter().flatten().collect(),
         }
     }
 
     /// Finds what has changed in some rows.
     fn find(&self, rows: Range<usize>, index: &SpatialIndex, found: &mut Found) {
-        for start in rows.clone().step_by(BLOCK) {
-            let block = start..rows.end.min(start + BLOCK);
+        let since = Since::last_read(&self.transforms);
+        for block in blocks(rows) {
             let others = self.others.iter();
-            let dirty = others.fold(0, |dirty, ticks| dirty | self.changed(&ticks[block.clone()]));
-            let moved = self.changed(&self.transforms.changed_ticks_slice()[block.clone()]);
-            found.dirty.extend(bits(dirty).map(|row| self.entities[start + row]));
-            let resized = self.resized.map_or(0, |ticks| self.changed(&ticks[block.clone()]));
-            for row in bits((moved | resized) & !dirty) {
-                let entity = self.entities[start + row];
+            let dirty = others.fold(0, |dirty, ticks| dirty | since.newer(&ticks[block.clone()]));
+            let moved = since.newer(&self.transforms.changed_ticks_slice()[block.clone()]);
+            let entities = &self.entities[block.clone()];
+            found.dirty.extend(ones(dirty).map(|row| entities[row as usize]));
+            let resized = self.resized.map_or(0, |ticks| since.newer(&ticks[block.clone()]));
+            for row in ones((moved | resized) & !dirty) {
+                let entity = entities[row as usize];
                 // Bevy gives a new box to what is skinned in each frame: ours is that of the pose.
                 let is_resized = resized >> row & 1 == 1 && !index.is_posed(entity);
-                if is_resized || !index.note_move(entity, self.transforms[start + row].affine(), &mut found.moves) {
+                if is_resized
+                    || !index.note_move(
+                        entity,
+                        self.transforms[block.start + row as usize].affine(),
+                        &mut found.moves,
+                    )
+                {
                     found.dirty.push(entity);
                 }
             }
         }
     }
-
-    /// Which of up to [`BLOCK`] ticks are of this frame.
-    fn changed(&self, ticks: &[Tick]) -> u64 {
-        let (last_run, this_run) = (self.transforms.last_run_tick(), self.transforms.this_run_tick());
-        let is_new = |tick: &Tick| tick.is_newer_than(last_run, this_run);
-        // Without a branch, many at once.
-        if !ticks.iter().fold(false, |any, tick| any | is_new(tick)) {
-            return 0;
-        }
-        let rows = ticks.iter().enumerate();
-        rows.fold(0, |changed, (row, tick)| changed | u64::from(is_new(tick)) << row)
-    }
-}
-
-fn ticks<'w, T>(component: Option<ContiguousRef<'w, T>>) -> Option<&'w [Tick]> {
-    component.map(|component| component.changed_ticks_slice())
-}
-
-/// The places of the bits that are set.
-fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = (mask != 0).then_some(mask.trailing_zeros() as usize);
-        mask &= mask.wrapping_sub(1);
-        bit
-    })
 }
 
 /// What the index reads of an entity was taken away, or the whole entity.

@@ -161,7 +161,7 @@ pub(super) fn follow_entities(
                 moves,
                 new,
             };
-            for entity in dirty.drain(..) {
+            for &entity in &*dirty {
                 reconciler.reconcile(entity, entities.get(entity).ok());
             }
         }
@@ -172,6 +172,7 @@ pub(super) fn follow_entities(
         }
         stats.structures = structures.elapsed();
     }
+    index.bypass_change_detection().note_sync(dirty);
     stats.total = start.elapsed();
 }
 

@@ -14,6 +14,7 @@
 //!   become noticeably larger than they were.
 
 mod build;
+mod half_spaces;
 mod insert;
 mod masked;
 mod quality;
@@ -22,6 +23,7 @@ mod refit;
 mod traverse;
 mod validate;
 
+pub(crate) use half_spaces::{HalfSpaces, Open, Sides};
 pub use masked::Masked;
 pub use rebuild::{Rebuild, Rebuilt};
 pub use validate::BrokenInvariant;

@@ -1,0 +1,220 @@
+//! What cameras see.
+
+use std::any::TypeId;
+
+use bevy::{
+    camera::{
+        Camera,
+        primitives::Frustum,
+        visibility::{NoCpuCulling, RenderLayers, VisibleEntities, VisibleEntityRanges},
+    },
+    ecs::{
+        change_detection::{DetectChanges, DetectChangesMut, Mut, Res, ResMut},
+        entity::{Entities, Entity},
+        query::Has,
+        system::{Commands, Local, Query},
+    },
+};
+
+use super::{
+    EnteredView, LeftView, ReportViewChanges, ViewCulling, ViewKey, VisibleSet,
+    candidates::{Candidates, ClassId, Record},
+    marks::ViewVisibilities,
+    shape::{ViewKind, ViewShape},
+    sorted::amend,
+    view::{Bounds, Change, Layers, Request, Sights, View, look},
+};
+use crate::index::SpatialIndex;
+
+/// A camera that looks in this frame.
+#[derive(Debug)]
+pub(super) struct Looking {
+    camera: Entity,
+    request: Request,
+    view: View,
+}
+
+/// Finds what is in the sight of every active camera, before anything is written of it.
+pub(super) fn find_visible(
+    cameras: Query<(
+        Entity,
+        &VisibleEntities,
+        &Frustum,
+        Option<&RenderLayers>,
+        &Camera,
+        Has<NoCpuCulling>,
+    )>,
+    index: Res<SpatialIndex>,
+    bounds: Bounds,
+    layers: Layers,
+    mut visibilities: ViewVisibilities,
+    mut culling: ResMut<ViewCulling>,
+) {
+    let ViewCulling {
+        candidates,
+        views,
+        marks,
+        looking,
+        index_is_current,
+        turnover,
+        ..
+    } = &mut *culling;
+    for (camera, _, frustum, layers, settings, sees_everywhere) in &cameras {
+        if settings.is_active {
+            looking.push(Looking {
+                camera,
+                request: Request {
+                    shape: ViewShape::new(frustum, ViewKind::Camera),
+                    layers: layers.unwrap_or_default().clone(),
+                    audience: Record::FOR_CAMERAS,
+                    sees_everywhere,
+                },
+                view: views.remove(&ViewKey::Camera(camera)).unwrap_or_default(),
+            });
+        }
+    }
+
+    let sights = Sights {
+        index: &index,
+        index_is_current: *index_is_current,
+        candidates,
+        bounds: &bounds,
+        layers: &layers,
+    };
+    let mut pairs: Vec<_> = looking
+        .iter_mut()
+        .map(|looking| (&looking.request, &mut looking.view))
+        .collect();
+    // What is in which range is not known yet.
+    look(&mut pairs, sights, |_, _| None);
+
+    for looking in &mut *looking {
+        turnover.count(&mut looking.view, candidates);
+    }
+    views.retain(|key, view| {
+        let is_left = matches!(key, ViewKey::Camera(_));
+        if is_left {
+            turnover.drop_view(view, candidates);
+        }
+        !is_left
+    });
+    for entity in turnover.lost.drain(..) {
+        marks.set_back(entity, &mut visibilities);
+    }
+    for looking in &*looking {
+        for &number in &looking.view.undecided {
+            if looking.view.seen.contains(number) {
+                marks.set_back(candidates.record(number).entity, &mut visibilities);
+            }
+        }
+    }
+}
+
+/// Writes what cameras see to where Bevy has it.
+pub(super) fn write_visible(
+    mut cameras: Query<(&mut VisibleEntities, Option<&mut VisibleSet>, Has<ReportViewChanges>)>,
+    ranges: Option<Res<VisibleEntityRanges>>,
+    mut visibilities: ViewVisibilities,
+    mut culling: ResMut<ViewCulling>,
+    entities: &Entities,
+    mut commands: Commands,
+    mut lists: Local<Lists>,
+) {
+    let ViewCulling {
+        candidates,
+        views,
+        marks,
+        looking,
+        turnover,
+        ..
+    } = &mut *culling;
+    for Looking { camera, mut view, .. } in looking.drain(..) {
+        for number in std::mem::take(&mut view.undecided) {
+            let entity = candidates.record(number).entity;
+            let is_in_range = |ranges: &VisibleEntityRanges| ranges.entity_is_in_range_of_view(entity, camera);
+            view.note(number, ranges.as_deref().is_none_or(is_in_range), candidates);
+        }
+        turnover.count(&mut view, candidates);
+        view.changes.sort_unstable_by_key(|change| change.entity);
+        if let Ok((mut visible, set, reports)) = cameras.get_mut(camera) {
+            if let Some(set) = set {
+                VisibleSet::write(set, &view, candidates, &mut lists.buffer);
+            }
+            if reports {
+                report(camera, &view, entities, &mut commands);
+            }
+            lists.write(&mut view, candidates, &mut visible);
+        }
+        views.insert(ViewKey::Camera(camera), view);
+    }
+    for entity in turnover.lost.drain(..) {
+        marks.set_back(entity, &mut visibilities);
+    }
+    marks.mark(turnover.appeared.drain(..), candidates, &mut visibilities);
+}
+
+/// Tells the observers of what has come into view and gone out of it.
+fn report(view: Entity, changes: &View, entities: &Entities, commands: &mut Commands) {
+    for change in &changes.changes {
+        let entity = change.entity;
+        if change.has_come() {
+            commands.trigger(EnteredView { entity, view });
+        } else if change.has_gone() && entities.contains(entity) {
+            commands.trigger(LeftView { entity, view });
+        }
+    }
+}
+
+/// Buffers for the lists of cameras, kept for their memory.
+#[derive(Debug, Default)]
+pub(super) struct Lists {
+    changes: Vec<Change>,
+    classes: Vec<TypeId>,
+    buffer: Vec<Entity>,
+}
+
+impl Lists {
+    /// Brings the lists of a camera up to date, each in ascending order.
+    fn write(&mut self, view: &mut View, candidates: &Candidates, visible: &mut Mut<VisibleEntities>) {
+        // Whoever has touched the lists has spoilt them, and a camera that was given new ones has nothing in them.
+        let all: &[Change] = if view.written == Some(visible.last_changed()) {
+            &view.changes
+        } else {
+            visible.clear_all();
+            view.list_all(candidates, &mut self.changes);
+            &self.changes
+        };
+        self.classes.clear();
+        let mut last = None;
+        for change in all {
+            if last.replace((change.from, change.to)) == Some((change.from, change.to)) {
+                continue;
+            }
+            for &class in candidates
+                .classes(change.from)
+                .iter()
+                .chain(candidates.classes(change.to))
+            {
+                if !self.classes.contains(&class) {
+                    self.classes.push(class);
+                }
+            }
+        }
+        for &class in &self.classes {
+            let times = |id: ClassId| candidates.classes(id).iter().filter(|&&other| other == class).count();
+            let removed = all.iter().filter(|change| times(change.from) > 0);
+            let added = all
+                .iter()
+                .flat_map(|change| std::iter::repeat_n(change.entity, times(change.to)));
+            amend(
+                visible.get_mut(class),
+                removed.map(|change| change.entity),
+                added,
+                &mut self.buffer,
+            );
+        }
+        // As Bevy has it, which writes all lists anew.
+        visible.set_changed();
+        view.written = Some(visible.last_changed());
+    }
+}

@@ -1,0 +1,263 @@
+//! What can be seen at all, and what is known of it: kept from frame to frame, and looked at anew only where something has
+//! changed.
+
+use std::any::TypeId;
+
+use bevy::{
+    camera::{
+        primitives::{Aabb, Sphere},
+        visibility::{
+            InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, ViewVisibility, VisibilityClass,
+            VisibilityRange,
+        },
+    },
+    ecs::{
+        entity::Entity,
+        query::{Has, QueryData, Without},
+        system::Query,
+    },
+    light::{DirectionalLight, NotShadowCaster},
+    mesh::Mesh3d,
+    platform::collections::HashMap,
+    transform::components::GlobalTransform,
+};
+use smallvec::SmallVec;
+
+use super::bits::Bits;
+use crate::index::SpatialIndex;
+
+/// Everything that views may see, by its index in the world.
+#[derive(Debug, Default)]
+pub(super) struct Candidates {
+    records: Vec<Record>,
+    /// How many there are.
+    len: usize,
+    /// What cameras may see.
+    pub for_cameras: Pool,
+    /// What may cast shadows.
+    pub for_lights: Pool,
+    /// Whatever has a `VisibilityRange`, and so may come and go as views move.
+    pub ranged: Bits,
+    /// What has changed in this frame.
+    pub changed: Bits,
+    /// What was there in the last frame and is not any more, with the classes that it had.
+    pub gone: Vec<(Entity, ClassId)>,
+    /// The classes of what has changed in this frame, as they were in the last frame.
+    old_classes: HashMap<u32, ClassId>,
+    /// All lists of classes that there are, by their number.
+    classes: Vec<Classes>,
+    /// Those that lack what all that is seen needs, and may be given it unnoticed.
+    pub incomplete: Vec<Entity>,
+}
+
+/// Candidates by the way in which they are tested.
+#[derive(Debug, Default)]
+pub(super) struct Pool {
+    /// The boxes of the index contain theirs: the tree decides.
+    pub in_tree: Bits,
+    /// Each is tested by itself.
+    pub one_by_one: Bits,
+    /// These have nothing to test.
+    pub untested: Bits,
+}
+
+/// What is known of a candidate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Record {
+    /// [`Entity::PLACEHOLDER`] if nobody with this index is a candidate.
+    pub entity: Entity,
+    /// By how many views it is seen.
+    pub seen_by: u32,
+    pub classes: ClassId,
+    facts: u16,
+}
+
+/// The number of a list of visibility classes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ClassId(u16);
+
+/// The classes of an entity, as [`VisibilityClass`] has them.
+pub(super) type Classes = SmallVec<[TypeId; 1]>;
+
+impl ClassId {
+    /// Of what is not seen.
+    pub const NOT_SEEN: Self = Self(u16::MAX);
+}
+
+impl Record {
+    const NOBODY: Self = Self {
+        entity: Entity::PLACEHOLDER,
+        seen_by: 0,
+        classes: ClassId(0),
+        facts: 0,
+    };
+
+    /// It and its ancestors are not hidden.
+    pub const SHOWN: u16 = 1;
+    /// It has what cameras look for.
+    pub const FOR_CAMERAS: u16 = 1 << 1;
+    /// It has what directional lights look for.
+    pub const FOR_CASCADES: u16 = 1 << 2;
+    /// It has what point lights and spot lights look for.
+    pub const FOR_LOCAL_LIGHTS: u16 = 1 << 3;
+    /// It is on other layers than those that entities are on by default.
+    pub const ON_LAYERS: u16 = 1 << 4;
+    /// It has a `VisibilityRange`.
+    pub const RANGED: u16 = 1 << 5;
+
+    #[inline]
+    pub fn is(&self, facts: u16) -> bool {
+        self.facts & facts == facts
+    }
+}
+
+/// What decides how an entity is seen.
+#[derive(QueryData)]
+pub(super) struct Seen {
+    pub entity: Entity,
+    inherited: &'static InheritedVisibility,
+    classes: Option<&'static VisibilityClass>,
+    has_place: Has<GlobalTransform>,
+    has_view_visibility: Has<ViewVisibility>,
+    has_layers: Has<RenderLayers>,
+    has_aabb: Has<Aabb>,
+    has_sphere: Has<Sphere>,
+    has_mesh: Has<Mesh3d>,
+    is_ranged: Has<VisibilityRange>,
+    is_never_culled: Has<NoFrustumCulling>,
+    casts_no_shadow: Has<NotShadowCaster>,
+    is_directional_light: Has<DirectionalLight>,
+}
+
+/// All entities that may be seen. Bevy leaves those with `NoCpuCulling` to the GPU.
+pub(super) type Seeables<'w, 's> = Query<'w, 's, Seen, Without<NoCpuCulling>>;
+
+impl Candidates {
+    #[inline]
+    pub fn record(&self, number: u32) -> &Record {
+        self.records.get(number as usize).unwrap_or(&Record::NOBODY)
+    }
+
+    #[inline]
+    pub fn record_mut(&mut self, number: u32) -> Option<&mut Record> {
+        self.records.get_mut(number as usize)
+    }
+
+    pub fn classes(&self, id: ClassId) -> &[TypeId] {
+        self.classes.get(usize::from(id.0)).map_or(&[], |classes| classes)
+    }
+
+    /// The classes that a candidate had in the last frame.
+    pub fn old_classes(&self, number: u32) -> ClassId {
+        let old = self.old_classes.get(&number).copied();
+        old.unwrap_or(self.record(number).classes)
+    }
+
+    /// How many candidates there are.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    pub fn begin_frame(&mut self) {
+        self.changed.clear();
+        self.gone.clear();
+        self.old_classes.clear();
+    }
+
+    /// Looks at an entity as it is now, which is nothing to be seen if there is no `seen`.
+    pub fn refresh(&mut self, entity: Entity, seen: Option<SeenItem>, index: &SpatialIndex) {
+        let number = entity.index_u32();
+        let occupant = self.record(number).entity;
+        let Some(seen) = seen else {
+            if occupant == entity {
+                self.forget(number);
+            }
+            return;
+        };
+        if occupant != entity && occupant != Entity::PLACEHOLDER {
+            self.forget(number);
+        }
+        self.changed.insert(number);
+        self.ranged.set(number, seen.is_ranged);
+        if !seen.has_view_visibility {
+            self.incomplete.push(entity);
+        }
+
+        let for_cameras = seen.has_place && seen.has_view_visibility;
+        let casts_shadow = seen.has_mesh && !seen.casts_no_shadow && !seen.is_directional_light;
+        let has_box = seen.has_aabb && seen.has_place && !seen.is_never_culled;
+        let has_sphere = seen.has_sphere && !seen.has_aabb && !seen.is_never_culled;
+        let is_in_tree = has_box && index.contains(entity) && !index.is_posed(entity);
+        let test = match (has_box, is_in_tree) {
+            (true, true) => Test::InTree,
+            (true, false) => Test::OneByOne,
+            (false, _) => Test::None,
+        };
+        let test_of_camera = if has_sphere { Test::OneByOne } else { test };
+        self.for_cameras.put(number, for_cameras.then_some(test_of_camera));
+        self.for_lights.put(number, casts_shadow.then_some(test));
+
+        let facts = [
+            (Record::SHOWN, seen.inherited.get()),
+            (Record::FOR_CAMERAS, for_cameras),
+            (Record::FOR_CASCADES, casts_shadow),
+            (Record::FOR_LOCAL_LIGHTS, casts_shadow && seen.has_view_visibility),
+            (Record::ON_LAYERS, seen.has_layers),
+            (Record::RANGED, seen.is_ranged),
+        ];
+        let facts = facts.into_iter().filter(|&(_, is)| is);
+        let classes = self.intern(seen.classes.map_or(&[], |classes| &classes.0));
+        if self.records.len() <= number as usize {
+            self.records.resize(number as usize + 1, Record::NOBODY);
+        }
+        let record = &mut self.records[number as usize];
+        if record.entity != entity {
+            self.len += 1;
+        } else if record.classes != classes {
+            self.old_classes.entry(number).or_insert(record.classes);
+        }
+        *record = Record {
+            entity,
+            classes,
+            facts: facts.fold(0, |facts, (fact, _)| facts | fact),
+            ..*record
+        };
+    }
+
+    fn forget(&mut self, number: u32) {
+        let classes = self.old_classes(number);
+        self.old_classes.remove(&number);
+        let record = std::mem::replace(&mut self.records[number as usize], Record::NOBODY);
+        self.gone.push((record.entity, classes));
+        self.len -= 1;
+        self.for_cameras.put(number, None);
+        self.for_lights.put(number, None);
+        self.ranged.remove(number);
+        self.changed.insert(number);
+    }
+
+    fn intern(&mut self, classes: &[TypeId]) -> ClassId {
+        let known = self.classes.iter().position(|known| known[..] == *classes);
+        let place = known.unwrap_or_else(|| {
+            self.classes.push(classes.into());
+            self.classes.len() - 1
+        });
+        ClassId(u16::try_from(place).expect("fewer lists of visibility classes than 65,535"))
+    }
+}
+
+/// How a candidate is tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Test {
+    InTree,
+    OneByOne,
+    None,
+}
+
+impl Pool {
+    fn put(&mut self, number: u32, test: Option<Test>) {
+        self.in_tree.set(number, test == Some(Test::InTree));
+        self.one_by_one.set(number, test == Some(Test::OneByOne));
+        self.untested.set(number, test == Some(Test::None));
+    }
+}

@@ -1,0 +1,206 @@
+//! Following what changes in what can be seen.
+
+use bevy::{
+    camera::{
+        primitives::{Aabb, Sphere},
+        visibility::{
+            InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, ViewVisibility, VisibilityClass,
+            VisibilityRange,
+        },
+    },
+    ecs::{
+        change_detection::{Ref, Res, ResMut, Tick},
+        entity::Entity,
+        lifecycle::RemovedComponents,
+        query::{Added, Changed, Or, With, Without},
+        system::{Local, Query, SystemParam},
+    },
+    light::{DirectionalLight, NotShadowCaster},
+    mesh::{Mesh2d, Mesh3d},
+    transform::components::GlobalTransform,
+};
+use smallvec::SmallVec;
+
+use super::{ViewCulling, candidates::Seeables, marks::ViewVisibilities};
+use crate::index::{
+    PickShape, SimplifiedMesh, SpatialIndex,
+    ticks::{Since, added, blocks, changed, ones},
+};
+
+/// What the index does not look at, of all that can be seen.
+type Watched = (
+    Entity,
+    Ref<'static, InheritedVisibility>,
+    Option<Ref<'static, VisibilityClass>>,
+    Option<Ref<'static, Sphere>>,
+    Option<Ref<'static, VisibilityRange>>,
+    Option<Ref<'static, NoFrustumCulling>>,
+    Option<Ref<'static, NotShadowCaster>>,
+    Option<Ref<'static, DirectionalLight>>,
+);
+
+/// The same one by one: something has changed.
+type WatchedChanged = Or<(
+    Changed<VisibilityClass>,
+    Added<Sphere>,
+    Added<VisibilityRange>,
+    Added<NoFrustumCulling>,
+    Added<NotShadowCaster>,
+    Added<DirectionalLight>,
+)>;
+
+/// What the index may know nothing of.
+type Unbounded = (
+    With<InheritedVisibility>,
+    Without<Aabb>,
+    Without<Mesh2d>,
+    Without<Mesh3d>,
+    Without<SimplifiedMesh>,
+    Without<PickShape>,
+);
+
+/// What has changed since the last frame, besides what the index has found.
+#[derive(SystemParam)]
+pub(super) struct Changes<'w, 's> {
+    watched: Query<'w, 's, Watched>,
+    watched_changed: Query<'w, 's, Entity, (With<InheritedVisibility>, WatchedChanged)>,
+    unbounded: Query<
+        'w,
+        's,
+        (
+            Entity,
+            Ref<'static, InheritedVisibility>,
+            Option<Ref<'static, RenderLayers>>,
+            Option<Ref<'static, GlobalTransform>>,
+        ),
+        Unbounded,
+    >,
+    unbounded_changed: Query<
+        'w,
+        's,
+        Entity,
+        (
+            Unbounded,
+            Or<(
+                Changed<InheritedVisibility>,
+                Changed<RenderLayers>,
+                Added<GlobalTransform>,
+            )>,
+        ),
+    >,
+    view_visibility: RemovedComponents<'w, 's, ViewVisibility>,
+    classes: RemovedComponents<'w, 's, VisibilityClass>,
+    sphere: RemovedComponents<'w, 's, Sphere>,
+    range: RemovedComponents<'w, 's, VisibilityRange>,
+    never_culled: RemovedComponents<'w, 's, NoFrustumCulling>,
+    casts_no_shadow: RemovedComponents<'w, 's, NotShadowCaster>,
+    directional_light: RemovedComponents<'w, 's, DirectionalLight>,
+    left_to_gpu: RemovedComponents<'w, 's, NoCpuCulling>,
+    newly_left_to_gpu: Query<'w, 's, Entity, Added<NoCpuCulling>>,
+}
+
+impl Changes<'_, '_> {
+    /// Finds it, some of it several times.
+    fn find(&mut self, dirty: &mut Vec<Entity>) {
+        match self.watched.contiguous_iter() {
+            Ok(tables) => {
+                for (entities, inherited, classes, sphere, range, never_culled, casts_no_shadow, light) in tables {
+                    let columns = [
+                        changed(classes),
+                        added(sphere),
+                        added(range),
+                        added(never_culled),
+                        added(casts_no_shadow),
+                        added(light),
+                    ];
+                    collect(entities, Since::last_read(&inherited), columns, dirty);
+                }
+            }
+            // Something decides which entities are disabled that is not stored in tables.
+            Err(_) => dirty.extend(&self.watched_changed),
+        }
+        match self.unbounded.contiguous_iter() {
+            Ok(tables) => {
+                for (entities, inherited, layers, place) in tables {
+                    let since = Since::last_read(&inherited);
+                    let columns = [changed(Some(inherited)), changed(layers), added(place)];
+                    collect(entities, since, columns, dirty);
+                }
+            }
+            Err(_) => dirty.extend(&self.unbounded_changed),
+        }
+        dirty.extend(
+            (self.view_visibility.read())
+                .chain(self.classes.read())
+                .chain(self.sphere.read())
+                .chain(self.range.read())
+                .chain(self.never_culled.read())
+                .chain(self.casts_no_shadow.read())
+                .chain(self.directional_light.read())
+                .chain(self.left_to_gpu.read())
+                .chain(&self.newly_left_to_gpu),
+        );
+    }
+}
+
+/// Collects the entities of a table of which some column has a newer tick.
+fn collect<const N: usize>(entities: &[Entity], since: Since, columns: [Option<&[Tick]>; N], dirty: &mut Vec<Entity>) {
+    let columns: SmallVec<[&[Tick]; N]> = columns.into_iter().flatten().collect();
+    if columns.is_empty() {
+        return;
+    }
+    for block in blocks(0..entities.len()) {
+        let newer = columns
+            .iter()
+            .fold(0, |newer, ticks| newer | since.newer(&ticks[block.clone()]));
+        dirty.extend(ones(newer).map(|row| entities[block.start + row as usize]));
+    }
+}
+
+/// Brings what is known of the candidates up to date, and begins a frame for all views.
+pub(super) fn follow_candidates(
+    mut changes: Changes,
+    seeables: Seeables,
+    index: Res<SpatialIndex>,
+    mut culling: ResMut<ViewCulling>,
+    mut visibilities: ViewVisibilities,
+    mut dirty: Local<Vec<Entity>>,
+) {
+    let culling = &mut *culling;
+    let syncs = index.syncs();
+    culling.index_is_current = culling.syncs != syncs;
+    let has_missed_some = culling.syncs.wrapping_add(1) < syncs;
+    culling.syncs = syncs;
+    culling.candidates.begin_frame();
+
+    dirty.clear();
+    changes.find(&mut dirty);
+    dirty.append(&mut culling.candidates.incomplete);
+    if culling.index_is_current {
+        dirty.extend_from_slice(index.reconciled());
+    }
+    if !has_missed_some {
+        for entity in dirty.drain(..) {
+            culling.candidates.refresh(entity, seeables.get(entity).ok(), &index);
+        }
+    }
+    // Entities may come and go in ways of which nothing tells: by a component that disables them.
+    if has_missed_some || culling.candidates.len() != seeables.iter().len() {
+        culling.forget();
+        for seen in &seeables {
+            culling.candidates.refresh(seen.entity, Some(seen), &index);
+        }
+    }
+
+    let ViewCulling {
+        candidates,
+        views,
+        marks,
+        ..
+    } = culling;
+    for view in views.values_mut() {
+        view.begin_frame(&candidates.gone);
+    }
+    let gone = candidates.gone.iter().map(|&(entity, _)| entity);
+    marks.begin_frame(gone, candidates, &mut visibilities);
+}

@@ -1,0 +1,245 @@
+//! Writing [`ViewVisibility`] as Bevy does, but only where it changes.
+//!
+//! Bevy sets every `ViewVisibility` back to *was visible* or *hidden* before views are asked, each view marks what it
+//! sees, and what was visible and is not marked is hidden at last: so that a change is one only if it lasts. Here nothing
+//! is set back but what no view sees any more, which is before [`CheckVisibility`] as far as cameras go: whoever marks
+//! entities of their own there finds them as Bevy leaves them.
+//!
+//! [`CheckVisibility`]: bevy::camera::visibility::VisibilitySystems::CheckVisibility
+
+use bevy::{
+    camera::visibility::{NoCpuCulling, SetViewVisibility, ViewVisibility},
+    ecs::{change_detection::DetectChangesMut, entity::Entity, query::Without, system::Query},
+    reflect::tuple_struct::TupleStruct,
+};
+
+use super::{bits::Bits, candidates::Candidates, view::View};
+
+/// What Bevy would mark.
+pub(super) type ViewVisibilities<'w, 's> = Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
+
+/// What is known of the marks.
+#[derive(Debug)]
+pub(super) struct Marks {
+    /// Who is marked as visible.
+    lit: Bits,
+    lit_count: usize,
+    /// Those of whom this frame will know that they were visible before, and the last did not.
+    fresh: Vec<Entity>,
+    /// Those who were set back in this frame.
+    set_back: Vec<Entity>,
+    /// Those who were marked by others.
+    foreign: Vec<Entity>,
+    /// Those whom views see, and somebody has unmarked.
+    unmarked: Vec<Entity>,
+    was_visible: ViewVisibility,
+}
+
+impl Default for Marks {
+    fn default() -> Self {
+        Self {
+            lit: Bits::default(),
+            lit_count: 0,
+            fresh: Vec::new(),
+            set_back: Vec::new(),
+            foreign: Vec::new(),
+            unmarked: Vec::new(),
+            was_visible: was_visible(),
+        }
+    }
+}
+
+/// What Bevy has a `ViewVisibility` be of what was visible, and has not been marked yet: the second of its two bits.
+pub(super) fn was_visible() -> ViewVisibility {
+    let mut visibility = ViewVisibility::HIDDEN;
+    if let Some(bits) = visibility.field_mut(0).and_then(|bits| bits.try_downcast_mut::<u8>()) {
+        *bits = 0b10;
+    }
+    debug_assert!(visibility != ViewVisibility::HIDDEN && !visibility.get());
+    visibility
+}
+
+/// How views have come to see entities, and ceased to.
+#[derive(Debug, Default)]
+pub(super) struct Turnover {
+    /// Whom a view sees that none saw.
+    pub appeared: Vec<Entity>,
+    /// Whom no view sees any more.
+    pub lost: Vec<Entity>,
+}
+
+impl Turnover {
+    /// Counts what a view has begun and ceased to see.
+    pub fn count(&mut self, view: &mut View, candidates: &mut Candidates) {
+        for change in &view.changes[std::mem::replace(&mut view.counted, view.changes.len())..] {
+            let record = candidates.record_mut(change.entity.index_u32());
+            let record = record.filter(|record| record.entity == change.entity);
+            match record {
+                Some(record) if change.has_come() => {
+                    record.seen_by += 1;
+                    if record.seen_by == 1 {
+                        self.appeared.push(change.entity);
+                    }
+                }
+                Some(record) if change.has_gone() => {
+                    record.seen_by -= 1;
+                    if record.seen_by == 0 {
+                        self.lost.push(change.entity);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Counts that a view is no more.
+    pub fn drop_view(&mut self, view: &View, candidates: &mut Candidates) {
+        for number in view.seen.iter() {
+            if let Some(record) = candidates.record_mut(number) {
+                record.seen_by -= 1;
+                if record.seen_by == 0 {
+                    self.lost.push(record.entity);
+                }
+            }
+        }
+    }
+}
+
+impl Marks {
+    /// Everything is to be found out anew.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Begins a frame: brings what is known up to date with what others have done. `gone` are no candidates any more.
+    pub fn begin_frame(
+        &mut self,
+        gone: impl Iterator<Item = Entity>,
+        candidates: &Candidates,
+        visibilities: &mut ViewVisibilities,
+    ) {
+        for entity in self.fresh.drain(..) {
+            if let Ok((_, mut visibility)) = visibilities.get_mut(entity)
+                && visibility.get()
+            {
+                *visibility.bypass_change_detection() = ViewVisibility::VISIBLE;
+            }
+        }
+        for entity in gone {
+            self.lit_count -= usize::from(self.lit.remove(entity.index_u32()));
+            self.set_back(entity, visibilities);
+        }
+        // Who marks entities has not to say so: but then there are more of them.
+        if count_marked(visibilities) != self.lit_count {
+            self.look_at_all(candidates, visibilities);
+        }
+        for entity in std::mem::take(&mut self.foreign) {
+            self.set_back(entity, visibilities);
+        }
+    }
+
+    /// Finds out who is marked.
+    fn look_at_all(&mut self, candidates: &Candidates, visibilities: &ViewVisibilities) {
+        let known = std::mem::take(&mut self.lit);
+        self.lit_count = 0;
+        for (entity, visibility) in visibilities {
+            let number = entity.index_u32();
+            let is_known = known.contains(number);
+            let record = candidates.record(number);
+            let is_seen = record.entity == entity && record.seen_by > 0;
+            if visibility.get() {
+                self.light(entity);
+                if !is_known {
+                    self.foreign.push(entity);
+                }
+            } else if is_known && is_seen {
+                self.unmarked.push(entity);
+            }
+        }
+    }
+
+    fn light(&mut self, entity: Entity) {
+        self.lit_count += usize::from(self.lit.insert(entity.index_u32()));
+    }
+
+    /// Sets an entity back that no view sees, or of which it is to be decided anew. Not yet a change.
+    pub fn set_back(&mut self, entity: Entity, visibilities: &mut ViewVisibilities) {
+        if let Ok((_, mut visibility)) = visibilities.get_mut(entity)
+            && visibility.get()
+        {
+            *visibility.bypass_change_detection() = self.was_visible;
+            self.set_back.push(entity);
+        }
+    }
+
+    /// Marks what views have begun to see, and what they see still.
+    pub fn mark(
+        &mut self,
+        appeared: impl Iterator<Item = Entity>,
+        candidates: &Candidates,
+        visibilities: &mut ViewVisibilities,
+    ) {
+        let unmarked = std::mem::take(&mut self.unmarked);
+        for entity in appeared.chain(unmarked) {
+            // Perhaps it is seen no more by now.
+            if is_seen(entity, candidates) {
+                self.mark_one(entity, visibilities);
+            }
+        }
+        for place in 0..self.set_back.len() {
+            let entity = self.set_back[place];
+            if is_seen(entity, candidates) {
+                self.mark_one(entity, visibilities);
+            }
+        }
+    }
+
+    fn mark_one(&mut self, entity: Entity, visibilities: &mut ViewVisibilities) {
+        if let Ok((_, mut visibility)) = visibilities.get_mut(entity) {
+            if *visibility == ViewVisibility::HIDDEN {
+                self.fresh.push(entity);
+            }
+            visibility.set_visible();
+            self.light(entity);
+        }
+    }
+
+    /// Ends a frame: hides what was visible and is not marked.
+    pub fn hide_unseen(&mut self, candidates: &Candidates, visibilities: &mut ViewVisibilities) {
+        for entity in std::mem::take(&mut self.set_back) {
+            let Ok((_, mut visibility)) = visibilities.get_mut(entity) else {
+                continue;
+            };
+            if is_seen(entity, candidates) {
+                visibility.set_visible();
+                self.light(entity);
+            } else if visibility.get() {
+                self.foreign.push(entity);
+                self.light(entity);
+            } else if *visibility == self.was_visible {
+                *visibility = ViewVisibility::HIDDEN;
+                self.lit_count -= usize::from(self.lit.remove(entity.index_u32()));
+            }
+        }
+    }
+}
+
+fn is_seen(entity: Entity, candidates: &Candidates) -> bool {
+    let record = candidates.record(entity.index_u32());
+    record.entity == entity && record.seen_by > 0
+}
+
+/// How many entities are marked as visible.
+fn count_marked(visibilities: &ViewVisibilities) -> usize {
+    let is_marked = |visibility: &ViewVisibility| visibility.get();
+    match visibilities.contiguous_iter() {
+        Ok(tables) => tables
+            .map(|(_, column)| column.iter().filter(|visibility| is_marked(visibility)).count())
+            .sum(),
+        // Something decides which entities are disabled that is not stored in tables.
+        Err(_) => visibilities
+            .iter()
+            .filter(|(_, visibility)| is_marked(visibility))
+            .count(),
+    }
+}

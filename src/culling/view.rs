@@ -1,0 +1,367 @@
+//! What a view sees, found anew in every frame, and told by what has changed.
+
+use bevy::{
+    camera::{
+        primitives::{Aabb, Sphere},
+        visibility::RenderLayers,
+    },
+    ecs::{change_detection::Tick, entity::Entity, system::Query},
+    math::bounding::Aabb3d,
+    tasks::{ComputeTaskPool, TaskPool},
+    transform::components::GlobalTransform,
+};
+
+use super::{
+    bits::Bits,
+    candidates::{Candidates, ClassId, Pool, Record},
+    shape::ViewShape,
+};
+use crate::{
+    index::{Key, SpatialIndex, mask, ticks::ones},
+    spatial::aabb_tree::{Open, Sides},
+};
+
+/// In a smaller world no task is worth it.
+const LEAST_SHARED: usize = 8192;
+
+/// Subtrees for each thread, so that none has much more to do than the others.
+const PARTS_PER_THREAD: usize = 8;
+
+/// A camera or a shadow map, as it is in this frame.
+#[derive(Clone, Debug)]
+pub(super) struct Request {
+    pub shape: ViewShape,
+    pub layers: RenderLayers,
+    /// What it is that sees: one of the facts of a [`Record`].
+    pub audience: u16,
+    /// Whether nothing is out of sight for where it is.
+    pub sees_everywhere: bool,
+}
+
+/// A view from frame to frame.
+#[derive(Debug, Default)]
+pub(super) struct View {
+    /// What was found in sight.
+    found: Found,
+    /// What was in sight in the last frame, on whatever layer.
+    in_sight: Bits,
+    /// What is seen.
+    pub seen: Bits,
+    /// What has changed in what is seen.
+    pub changes: Vec<Change>,
+    /// How many of the changes were counted.
+    pub counted: usize,
+    /// What is in sight, and is seen if it is in range.
+    pub undecided: Vec<u32>,
+    /// The layers of the last frame, if there was one.
+    layers: Option<RenderLayers>,
+    /// When its lists were last written.
+    pub written: Option<Tick>,
+}
+
+/// What is in sight, by who has found it: each part of the tree, and those who were tested one by one.
+#[derive(Debug, Default)]
+struct Found {
+    in_tree: Vec<Bits>,
+    one_by_one: Bits,
+}
+
+/// How an entity has changed for a view.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    pub entity: Entity,
+    /// Its classes in the last frame, if it was seen.
+    pub from: ClassId,
+    /// Its classes, if it is seen.
+    pub to: ClassId,
+}
+
+impl Change {
+    pub fn has_come(&self) -> bool {
+        self.from == ClassId::NOT_SEEN
+    }
+
+    pub fn has_gone(&self) -> bool {
+        self.to == ClassId::NOT_SEEN
+    }
+}
+
+/// The world that views look at.
+#[derive(Clone, Copy)]
+pub(super) struct Sights<'a, 'w, 's> {
+    pub index: &'a SpatialIndex,
+    /// Whether the index is of this frame.
+    pub index_is_current: bool,
+    pub candidates: &'a Candidates,
+    pub bounds: &'a Bounds<'w, 's>,
+    pub layers: &'a Layers<'w, 's>,
+}
+
+/// What Bevy tests of an entity.
+pub(super) type Bounds<'w, 's> =
+    Query<'w, 's, (Option<&'static Aabb>, Option<&'static Sphere>, &'static GlobalTransform)>;
+
+/// The layers of what is not on the default one.
+pub(super) type Layers<'w, 's> = Query<'w, 's, &'static RenderLayers>;
+
+/// Finds what is in sight of each view, in parallel where that pays, and what has changed. What `is_in_range` does not
+/// know stays undecided.
+pub(super) fn look(
+    views: &mut [(&Request, &mut View)],
+    sights: Sights,
+    is_in_range: impl Fn(usize, Entity) -> Option<bool> + Sync,
+) {
+    let pool = ComputeTaskPool::get_or_init(TaskPool::default);
+    let threads = pool.thread_num();
+    if sights.index.len() < LEAST_SHARED || threads <= 1 {
+        for (number, (request, view)) in views.iter_mut().enumerate() {
+            request.look_around(sights, &mut view.found);
+            view.settle(request, sights, |entity| is_in_range(number, entity));
+        }
+        return;
+    }
+
+    let parts = threads.div_ceil(views.len().max(1));
+    pool.scope(|scope| {
+        for (request, view) in views.iter_mut() {
+            let (request, found) = (&**request, &mut view.found);
+            if parts == 1 {
+                scope.spawn(async move { request.look_around(sights, found) });
+                continue;
+            }
+            let open = request.begin(sights, parts * PARTS_PER_THREAD, found);
+            let Found { in_tree, one_by_one } = found;
+            for (part, found) in in_tree.iter_mut().skip(1).enumerate() {
+                let mine: Vec<Open> = open.iter().copied().skip(part).step_by(parts).collect();
+                scope.spawn(async move { request.walk(sights, &mine, found) });
+            }
+            scope.spawn(async move { request.test_one_by_one(sights, one_by_one) });
+        }
+    });
+    let is_in_range = &is_in_range;
+    pool.scope(|scope| {
+        for (number, (request, view)) in views.iter_mut().enumerate() {
+            let (request, view) = (&**request, &mut **view);
+            scope.spawn(async move { view.settle(request, sights, |entity| is_in_range(number, entity)) });
+        }
+    });
+}
+
+impl Request {
+    fn pool<'a>(&self, candidates: &'a Candidates) -> &'a Pool {
+        if self.audience == Record::FOR_CAMERAS {
+            &candidates.for_cameras
+        } else {
+            &candidates.for_lights
+        }
+    }
+
+    /// Finds all that is in sight.
+    fn look_around(&self, sights: Sights, found: &mut Found) {
+        let open = self.begin(sights, 1, found);
+        if let Some(first) = found.in_tree.first_mut() {
+            self.walk(sights, &open, first);
+        }
+        self.test_one_by_one(sights, &mut found.one_by_one);
+    }
+
+    /// Forgets what was found, and opens the tree, finding what is at its top: into so many parts, or a few more.
+    fn begin(&self, sights: Sights, parts: usize, found: &mut Found) -> Vec<Open> {
+        found.in_tree.iter_mut().for_each(Bits::clear);
+        found.one_by_one.clear();
+        if self.sees_everywhere || !sights.index_is_current {
+            return Vec::new();
+        }
+        let tasks = 1 + if parts > 1 { parts / PARTS_PER_THREAD } else { 0 };
+        found.in_tree.resize_with(tasks, Bits::default);
+        let mut finder = Finder {
+            request: self,
+            sights,
+            found: &mut found.in_tree[0],
+        };
+        let tree = sights.index.tree();
+        tree.open(&self.shape.half_spaces, self.mask(), parts, &mut finder)
+    }
+
+    fn walk(&self, sights: Sights, open: &[Open], found: &mut Bits) {
+        let mut finder = Finder {
+            request: self,
+            sights,
+            found,
+        };
+        for &open in open {
+            let tree = sights.index.tree();
+            tree.walk(&self.shape.half_spaces, self.mask(), open, &mut finder);
+        }
+    }
+
+    fn mask(&self) -> u32 {
+        mask::of_layers(&self.layers)
+    }
+
+    fn test_one_by_one(&self, sights: Sights, found: &mut Bits) {
+        if self.sees_everywhere {
+            return;
+        }
+        let pool = self.pool(sights.candidates);
+        let mut test = |number| {
+            if self.sees(sights, sights.candidates.record(number).entity) {
+                found.insert(number);
+            }
+        };
+        pool.one_by_one.iter().for_each(&mut test);
+        if !sights.index_is_current {
+            pool.in_tree.iter().for_each(&mut test);
+        }
+    }
+
+    /// Bevy's answer.
+    fn sees(&self, sights: Sights, entity: Entity) -> bool {
+        match sights.bounds.get(entity) {
+            Ok((Some(aabb), _, transform)) => self.shape.sees(aabb, transform),
+            Ok((None, Some(sphere), _)) => self.shape.sees_sphere(sphere),
+            Ok((None, None, _)) | Err(_) => true,
+        }
+    }
+}
+
+/// Collects what the tree has in sight.
+struct Finder<'a, 'w, 's> {
+    request: &'a Request,
+    sights: Sights<'a, 'w, 's>,
+    found: &'a mut Bits,
+}
+
+impl Sides<Key> for Finder<'_, '_, '_> {
+    #[inline]
+    fn inside(&mut self, keys: &[Key]) {
+        for key in keys {
+            self.found.insert(key.entity.index_u32());
+        }
+    }
+
+    #[inline]
+    fn across(&mut self, key: Key, _: &Aabb3d) {
+        let number = key.entity.index_u32();
+        let pool = self.request.pool(self.sights.candidates);
+        if pool.in_tree.contains(number) && self.request.sees(self.sights, key.entity) {
+            self.found.insert(number);
+        }
+    }
+}
+
+impl View {
+    /// Begins a frame: no change is known yet, but of what is gone.
+    pub fn begin_frame(&mut self, gone: &[(Entity, ClassId)]) {
+        self.changes.clear();
+        self.counted = 0;
+        self.undecided.clear();
+        for &(entity, from) in gone {
+            if self.seen.remove(entity.index_u32()) {
+                self.changes.push(Change {
+                    entity,
+                    from,
+                    to: ClassId::NOT_SEEN,
+                });
+            }
+        }
+    }
+
+    /// Finds what has changed.
+    fn settle(&mut self, request: &Request, sights: Sights, is_in_range: impl Fn(Entity) -> Option<bool>) {
+        let candidates = sights.candidates;
+        let pool = request.pool(candidates);
+        let is_on_default_layer = request.layers.intersects(<&RenderLayers>::default());
+        // What is on other layers now is in sight as it was.
+        let recheck_all = self.layers.as_ref() != Some(&request.layers);
+        if recheck_all {
+            self.layers = Some(request.layers.clone());
+        }
+
+        let blocks = [&pool.in_tree, &pool.one_by_one, &pool.untested, &self.in_sight];
+        let blocks = blocks.map(Bits::blocks).into_iter().max().unwrap_or(0);
+        for block in 0..blocks {
+            let found = if request.sees_everywhere {
+                pool.in_tree.used(block) | pool.one_by_one.used(block)
+            } else {
+                let in_tree = self.found.in_tree.iter();
+                in_tree.fold(self.found.one_by_one.used(block), |used, found| {
+                    used | found.used(block)
+                })
+            };
+            for word in ones(found | pool.untested.used(block) | self.in_sight.used(block)) {
+                let word = block * 64 + word as usize;
+                let tested = if request.sees_everywhere {
+                    pool.in_tree.word(word) | pool.one_by_one.word(word)
+                } else {
+                    let in_tree = self.found.in_tree.iter();
+                    let in_tree = in_tree.fold(0, |bits, found| bits | found.word(word));
+                    in_tree & pool.in_tree.word(word) | self.found.one_by_one.word(word)
+                };
+                let now = tested | pool.untested.word(word);
+                let before = self.in_sight.word(word);
+                let recheck = if recheck_all {
+                    u64::MAX
+                } else {
+                    candidates.changed.word(word) | candidates.ranged.word(word)
+                };
+                self.in_sight.set_word(word, now);
+                for bit in ones(now ^ before | recheck & (now | before)) {
+                    let number = word as u32 * 64 + bit;
+                    let record = candidates.record(number);
+                    let is_seen = now >> bit & 1 != 0
+                        && record.is(request.audience | Record::SHOWN)
+                        && if record.is(Record::ON_LAYERS) {
+                            let layers = sights.layers.get(record.entity);
+                            layers.is_ok_and(|layers| request.layers.intersects(layers))
+                        } else {
+                            is_on_default_layer
+                        };
+                    if !is_seen || !record.is(Record::RANGED) {
+                        self.note(number, is_seen, candidates);
+                    } else if let Some(is_in_range) = is_in_range(record.entity) {
+                        self.note(number, is_in_range, candidates);
+                    } else {
+                        self.undecided.push(number);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Notes whether an entity is seen now.
+    pub fn note(&mut self, number: u32, is_seen: bool, candidates: &Candidates) {
+        let record = candidates.record(number);
+        let was_seen = self.seen.contains(number);
+        if is_seen != was_seen {
+            self.seen.set(number, is_seen);
+        }
+        let from = if was_seen {
+            candidates.old_classes(number)
+        } else {
+            ClassId::NOT_SEEN
+        };
+        let to = if is_seen { record.classes } else { ClassId::NOT_SEEN };
+        if from != to {
+            self.changes.push(Change {
+                entity: record.entity,
+                from,
+                to,
+            });
+        }
+    }
+
+    /// Lists all that is seen as if it had just come, in ascending order, written over `changes`.
+    pub fn list_all(&self, candidates: &Candidates, changes: &mut Vec<Change>) {
+        changes.clear();
+        changes.extend(self.seen.iter().map(|number| {
+            let record = candidates.record(number);
+            Change {
+                entity: record.entity,
+                from: ClassId::NOT_SEEN,
+                to: record.classes,
+            }
+        }));
+        changes.sort_unstable_by_key(|change| change.entity);
+    }
+}

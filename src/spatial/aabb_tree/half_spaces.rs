@@ -1,0 +1,217 @@
+//! What lies within half-spaces, sorted by how surely: what views are culled by.
+//!
+//! A box that is inside of a plane is so with all that it contains, so that each plane is tested only as far down as it
+//! cuts (Assarsson and Möller, *Optimized View Frustum Culling Algorithms for Bounding Boxes*, 2000, §3.3: masking). Below a
+//! node that no plane cuts, everything is found as a slice.
+
+use std::ops::ControlFlow;
+
+use bevy::math::{
+    Vec3A,
+    bounding::{Aabb3d, BoundingSphere},
+    primitives::HalfSpace,
+};
+use smallvec::SmallVec;
+
+use super::{AabbTree, NodeLink};
+use crate::{
+    geometry::tolerance,
+    spatial::{
+        lanes::{Boxes, LaneRegion, roundings, signed_distances},
+        region::{Plane, Planes},
+        simd::{LANES, Simd, Task, dispatch, prefetch},
+        traverse,
+        wide::{Child, NodeIndex},
+    },
+};
+
+/// What several half-spaces have in common, seven at most. One that is NaN or infinite excludes nothing, and nothing is
+/// surely inside of it.
+#[derive(Clone, Debug)]
+pub(crate) struct HalfSpaces {
+    planes: Planes,
+    /// What has to be in here as well to be surely inside. Excludes nothing.
+    ball: Option<BoundingSphere>,
+}
+
+/// What is done with what is found. Rounding is on the safe side of both: what is across may be inside or outside.
+pub(crate) trait Sides<K> {
+    /// Boxes that are inside of all half-spaces, and in the ball, by more than rounding.
+    fn inside(&mut self, keys: &[K]);
+
+    /// A box that is not, nor outside of one of them.
+    fn across(&mut self, key: K, aabb: &Aabb3d);
+}
+
+/// A node that is still to be looked into, with what cuts its box, bit by bit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Open {
+    node: NodeIndex,
+    cut_by: u8,
+}
+
+impl HalfSpaces {
+    /// The most planes, and the bit of the ball.
+    const BALL: usize = 7;
+
+    /// # Panics
+    ///
+    /// If there are more than seven.
+    pub fn new<'a>(half_spaces: impl IntoIterator<Item = &'a HalfSpace>) -> Self {
+        let planes = half_spaces.into_iter().map(|half_space| Plane {
+            normal: half_space.normal(),
+            d: half_space.d(),
+            magnitude: half_space.d().abs(),
+        });
+        let planes: Planes = planes.collect();
+        assert!(planes.len() <= Self::BALL, "more half-spaces than there are bits for");
+        Self { planes, ball: None }
+    }
+
+    /// Surely inside is only what lies in this ball too.
+    pub fn surely_in(mut self, center: Vec3A, radius: f32) -> Self {
+        let rounding = 2.0 * tolerance::REGION_PLANE * (center.abs().max_element() + radius);
+        // A radius that is NaN or below the rounding contains nothing, and a ball without size nearly nothing.
+        let radius = (radius - rounding).max(0.0);
+        self.ball = Some(BoundingSphere::new(center, radius));
+        self
+    }
+
+    /// The bits of all that cuts.
+    fn all(&self) -> u8 {
+        !(!0u8 << self.planes.len()) | u8::from(self.ball.is_some()) << Self::BALL
+    }
+}
+
+impl<K: Copy> AabbTree<K> {
+    /// Begins a walk through what has a bit of `mask` and may be inside of half-spaces: goes down until as many nodes as
+    /// `parts` are open, each of which can be [walked](Self::walk) by itself, and visits what it finds on the way. What is
+    /// found has a bit of the mask, or shares a subtree with what has.
+    pub(crate) fn open(
+        &self,
+        half_spaces: &HalfSpaces,
+        mask: u32,
+        parts: usize,
+        visit: &mut impl Sides<K>,
+    ) -> Vec<Open> {
+        let mut open: Vec<Open> = Vec::new();
+        open.extend(self.root.map(|node| Open {
+            node,
+            cut_by: half_spaces.all(),
+        }));
+        while !open.is_empty() && open.len() < parts {
+            let mut level = std::mem::take(&mut open);
+            for node in level.drain(..) {
+                let mut below: SmallVec<[Open; LANES]> = SmallVec::new();
+                dispatch(Walk {
+                    tree: self,
+                    half_spaces,
+                    mask,
+                    from: node,
+                    visit,
+                    leave_open: Some(&mut below),
+                });
+                open.extend(below);
+            }
+        }
+        open
+    }
+
+    /// Visits all below an open node.
+    pub(crate) fn walk(&self, half_spaces: &HalfSpaces, mask: u32, from: Open, visit: &mut impl Sides<K>) {
+        dispatch(Walk {
+            tree: self,
+            half_spaces,
+            mask,
+            from,
+            visit,
+            leave_open: None,
+        });
+    }
+
+    fn visit_inside(&self, node: NodeIndex, mask: u32, visit: &mut impl Sides<K>) {
+        let NodeLink { first, count, .. } = self.links[node as usize];
+        if count == 0 {
+            let every_leaf = traverse::visit_leaves(&self.nodes, node, mask, |leaf| {
+                visit.inside(&[self.leaves.key_at(leaf)]);
+                ControlFlow::Continue(())
+            });
+            debug_assert!(every_leaf.is_continue());
+        } else {
+            visit.inside(&self.ordered[first as usize..][..count as usize]);
+        }
+    }
+}
+
+struct Walk<'a, K, V> {
+    tree: &'a AabbTree<K>,
+    half_spaces: &'a HalfSpaces,
+    mask: u32,
+    from: Open,
+    visit: &'a mut V,
+    /// Where the nodes below go that are not to be looked into.
+    leave_open: Option<&'a mut SmallVec<[Open; LANES]>>,
+}
+
+impl<K: Copy, V: Sides<K>> Task for Walk<'_, K, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) {
+        let mut stack: SmallVec<[Open; 64]> = SmallVec::new();
+        stack.push(self.from);
+        while let Some(open) = stack.pop() {
+            let node = &self.tree.nodes[open.node as usize];
+            let boxes: Boxes = node.into();
+            let mut lanes = simd.with_any_bit(&node.masks, self.mask);
+            let mut cut = [0; u8::BITS as usize];
+            for (index, plane) in self.half_spaces.planes.iter().enumerate() {
+                if open.cut_by >> index & 1 == 0 {
+                    continue;
+                }
+                let rounding = roundings(simd, plane, boxes);
+                let farthest = signed_distances::<S, true>(simd, plane, boxes);
+                lanes &= !simd.lt(simd.add(farthest, rounding), simd.splat(0.0));
+                if lanes == 0 {
+                    break;
+                }
+                let nearest = signed_distances::<S, false>(simd, plane, boxes);
+                // Also if both are infinite, or either is NaN.
+                cut[index] = !simd.lt(rounding, nearest);
+            }
+            if let Some(ball) = &self.half_spaces.ball
+                && open.cut_by >> HalfSpaces::BALL & 1 != 0
+            {
+                cut[HalfSpaces::BALL] = !ball.contains(simd, boxes);
+            }
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize % LANES;
+                lanes &= lanes - 1;
+                let mut cut_by = 0;
+                for (index, cut) in cut.iter().enumerate() {
+                    cut_by |= ((cut >> lane & 1) as u8) << index;
+                }
+                match node.child(lane) {
+                    Child::Node(child) if cut_by == 0 => self.tree.visit_inside(child, self.mask, self.visit),
+                    Child::Node(child) => {
+                        let below = Open { node: child, cut_by };
+                        if let Some(leave_open) = &mut self.leave_open {
+                            leave_open.push(below);
+                        } else {
+                            prefetch(&self.tree.nodes[child as usize]);
+                            stack.push(below);
+                        }
+                    }
+                    Child::Leaf(leaf) => {
+                        let key = self.tree.leaves.key_at(leaf);
+                        if cut_by == 0 {
+                            self.visit.inside(&[key]);
+                        } else {
+                            self.visit.across(key, &node.aabb(lane));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
