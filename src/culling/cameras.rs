@@ -64,6 +64,7 @@ pub(super) fn find_visible(
             looking.push(Looking {
                 camera,
                 request: Request {
+                    viewer: camera,
                     shape: ViewShape::new(frustum, ViewKind::Camera),
                     layers: layers.unwrap_or_default().clone(),
                     audience: Record::FOR_CAMERAS,
@@ -89,17 +90,23 @@ pub(super) fn find_visible(
     look(&mut pairs, sights, |_, _| None);
 
     for looking in &mut *looking {
-        turnover.count(&mut looking.view, candidates);
+        turnover.count(&mut looking.view, Record::FOR_CAMERAS, candidates);
     }
     views.retain(|key, view| {
         let is_left = matches!(key, ViewKey::Camera(_));
         if is_left {
-            turnover.drop_view(view, candidates);
+            turnover.drop_view(view, Record::FOR_CAMERAS, candidates);
         }
         !is_left
     });
     for entity in turnover.lost.drain(..) {
         marks.set_back(entity, &mut visibilities);
+    }
+    for number in candidates.shadowed.iter() {
+        let record = candidates.record(number);
+        if record.cameras == 0 {
+            marks.set_back(record.entity, &mut visibilities);
+        }
     }
     for looking in &*looking {
         for &number in &looking.view.undecided {
@@ -134,7 +141,7 @@ pub(super) fn write_visible(
             let is_in_range = |ranges: &VisibleEntityRanges| ranges.entity_is_in_range_of_view(entity, camera);
             view.note(number, ranges.as_deref().is_none_or(is_in_range), candidates);
         }
-        turnover.count(&mut view, candidates);
+        turnover.count(&mut view, Record::FOR_CAMERAS, candidates);
         view.changes.sort_unstable_by_key(|change| change.entity);
         if let Ok((mut visible, set, reports)) = cameras.get_mut(camera) {
             if let Some(set) = set {
@@ -150,7 +157,8 @@ pub(super) fn write_visible(
     for entity in turnover.lost.drain(..) {
         marks.set_back(entity, &mut visibilities);
     }
-    marks.mark(turnover.appeared.drain(..), candidates, &mut visibilities);
+    let appeared = turnover.appeared.drain(..);
+    marks.mark(appeared, Record::FOR_CAMERAS, candidates, &mut visibilities);
 }
 
 /// Tells the observers of what has come into view and gone out of it.

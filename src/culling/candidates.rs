@@ -38,6 +38,8 @@ pub(super) struct Candidates {
     pub for_lights: Pool,
     /// Whatever has a `VisibilityRange`, and so may come and go as views move.
     pub ranged: Bits,
+    /// Whatever is seen in a shadow map.
+    pub shadowed: Bits,
     /// What has changed in this frame.
     pub changed: Bits,
     /// What was there in the last frame and is not any more, with the classes that it had.
@@ -66,8 +68,10 @@ pub(super) struct Pool {
 pub(super) struct Record {
     /// [`Entity::PLACEHOLDER`] if nobody with this index is a candidate.
     pub entity: Entity,
-    /// By how many views it is seen.
-    pub seen_by: u32,
+    /// By how many cameras it is seen.
+    pub cameras: u32,
+    /// In how many shadow maps it is seen.
+    pub shadow_maps: u32,
     pub classes: ClassId,
     facts: u16,
 }
@@ -87,7 +91,8 @@ impl ClassId {
 impl Record {
     const NOBODY: Self = Self {
         entity: Entity::PLACEHOLDER,
-        seen_by: 0,
+        cameras: 0,
+        shadow_maps: 0,
         classes: ClassId(0),
         facts: 0,
     };
@@ -136,11 +141,6 @@ impl Candidates {
     #[inline]
     pub fn record(&self, number: u32) -> &Record {
         self.records.get(number as usize).unwrap_or(&Record::NOBODY)
-    }
-
-    #[inline]
-    pub fn record_mut(&mut self, number: u32) -> Option<&mut Record> {
-        self.records.get_mut(number as usize)
     }
 
     pub fn classes(&self, id: ClassId) -> &[TypeId] {
@@ -224,6 +224,28 @@ impl Candidates {
         };
     }
 
+    /// Counts that a camera, or a shadow map, has begun to see an entity, or ceased to. Returns by how many of those it is
+    /// seen now, if it is a candidate.
+    pub fn count(&mut self, entity: Entity, audience: u16, comes: bool) -> Option<u32> {
+        let number = entity.index_u32();
+        let record = self
+            .records
+            .get_mut(number as usize)
+            .filter(|record| record.entity == entity)?;
+        let is_camera = audience == Record::FOR_CAMERAS;
+        let count = if is_camera {
+            &mut record.cameras
+        } else {
+            &mut record.shadow_maps
+        };
+        *count = if comes { *count + 1 } else { *count - 1 };
+        let count = *count;
+        if !is_camera {
+            self.shadowed.set(number, count > 0);
+        }
+        Some(count)
+    }
+
     fn forget(&mut self, number: u32) {
         let classes = self.old_classes(number);
         self.old_classes.remove(&number);
@@ -233,6 +255,7 @@ impl Candidates {
         self.for_cameras.put(number, None);
         self.for_lights.put(number, None);
         self.ranged.remove(number);
+        self.shadowed.remove(number);
         self.changed.insert(number);
     }
 

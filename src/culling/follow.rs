@@ -100,8 +100,8 @@ pub(super) struct Changes<'w, 's> {
 }
 
 impl Changes<'_, '_> {
-    /// Finds it, some of it several times.
-    fn find(&mut self, dirty: &mut Vec<Entity>) {
+    /// Finds it, some of it several times; and `unmarked`, which had a mark that was taken away, if it had one.
+    fn find(&mut self, dirty: &mut Vec<Entity>, unmarked: &mut Vec<Entity>) {
         match self.watched.contiguous_iter() {
             Ok(tables) => {
                 for (entities, inherited, classes, sphere, range, never_culled, casts_no_shadow, light) in tables {
@@ -129,16 +129,16 @@ impl Changes<'_, '_> {
             }
             Err(_) => dirty.extend(&self.unbounded_changed),
         }
+        unmarked.extend(self.view_visibility.read().chain(&self.newly_left_to_gpu));
+        dirty.extend(&*unmarked);
         dirty.extend(
-            (self.view_visibility.read())
-                .chain(self.classes.read())
+            (self.classes.read())
                 .chain(self.sphere.read())
                 .chain(self.range.read())
                 .chain(self.never_culled.read())
                 .chain(self.casts_no_shadow.read())
                 .chain(self.directional_light.read())
-                .chain(self.left_to_gpu.read())
-                .chain(&self.newly_left_to_gpu),
+                .chain(self.left_to_gpu.read()),
         );
     }
 }
@@ -164,8 +164,9 @@ pub(super) fn follow_candidates(
     index: Res<SpatialIndex>,
     mut culling: ResMut<ViewCulling>,
     mut visibilities: ViewVisibilities,
-    mut dirty: Local<Vec<Entity>>,
+    mut buffers: Local<(Vec<Entity>, Vec<Entity>)>,
 ) {
+    let (dirty, unmarked) = &mut *buffers;
     let culling = &mut *culling;
     let syncs = index.syncs();
     culling.index_is_current = culling.syncs != syncs;
@@ -174,7 +175,8 @@ pub(super) fn follow_candidates(
     culling.candidates.begin_frame();
 
     dirty.clear();
-    changes.find(&mut dirty);
+    unmarked.clear();
+    changes.find(dirty, unmarked);
     dirty.append(&mut culling.candidates.incomplete);
     if culling.index_is_current {
         dirty.extend_from_slice(index.reconciled());
@@ -202,5 +204,5 @@ pub(super) fn follow_candidates(
         view.begin_frame(&candidates.gone);
     }
     let gone = candidates.gone.iter().map(|&(entity, _)| entity);
-    marks.begin_frame(gone, candidates, &mut visibilities);
+    marks.begin_frame(gone.chain(unmarked.drain(..)), candidates, &mut visibilities);
 }

@@ -127,6 +127,7 @@ pub(super) fn cull_lights(
         shadows.push(Shadow {
             key,
             request: Request {
+                viewer: key.viewer(),
                 shape,
                 layers: layers.unwrap_or_default().clone(),
                 audience,
@@ -229,12 +230,12 @@ pub(super) fn cull_lights(
     views.retain(|key, view| {
         let is_camera = matches!(key, ViewKey::Camera(_));
         if !is_camera {
-            turnover.drop_view(view, candidates);
+            turnover.drop_view(view, Record::FOR_CASCADES, candidates);
         }
         is_camera
     });
     for mut shadow in shadows.drain(..) {
-        turnover.count(&mut shadow.view, candidates);
+        turnover.count(&mut shadow.view, shadow.request.audience, candidates);
         shadow.view.changes.sort_unstable_by_key(|change| change.entity);
         match shadow.key {
             ViewKey::Camera(_) => {}
@@ -264,11 +265,9 @@ pub(super) fn cull_lights(
         }
         views.insert(shadow.key, shadow.view);
     }
-    let mut visibilities = visibilities.p0();
-    for entity in turnover.lost.drain(..) {
-        marks.set_back(entity, &mut visibilities);
-    }
-    marks.mark(turnover.appeared.drain(..), candidates, &mut visibilities);
+    turnover.lost.clear();
+    let (appeared, mut visibilities) = (turnover.appeared.drain(..), visibilities.p0());
+    marks.mark(appeared, Record::FOR_CASCADES, candidates, &mut visibilities);
 }
 
 /// How Bevy tests for the map of a light that reaches so far.

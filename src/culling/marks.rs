@@ -13,7 +13,11 @@ use bevy::{
     reflect::tuple_struct::TupleStruct,
 };
 
-use super::{bits::Bits, candidates::Candidates, view::View};
+use super::{
+    bits::Bits,
+    candidates::{Candidates, Record},
+    view::View,
+};
 
 /// What Bevy would mark.
 pub(super) type ViewVisibilities<'w, 's> = Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
@@ -59,48 +63,43 @@ pub(super) fn was_visible() -> ViewVisibility {
     visibility
 }
 
-/// How views have come to see entities, and ceased to.
+/// How cameras, or shadow maps, have come to see entities, and ceased to.
 #[derive(Debug, Default)]
 pub(super) struct Turnover {
-    /// Whom a view sees that none saw.
+    /// Whom one sees that none saw.
     pub appeared: Vec<Entity>,
-    /// Whom no view sees any more.
+    /// Whom none sees any more.
     pub lost: Vec<Entity>,
 }
 
 impl Turnover {
     /// Counts what a view has begun and ceased to see.
-    pub fn count(&mut self, view: &mut View, candidates: &mut Candidates) {
+    pub fn count(&mut self, view: &mut View, audience: u16, candidates: &mut Candidates) {
         for change in &view.changes[std::mem::replace(&mut view.counted, view.changes.len())..] {
-            let record = candidates.record_mut(change.entity.index_u32());
-            let record = record.filter(|record| record.entity == change.entity);
-            match record {
-                Some(record) if change.has_come() => {
-                    record.seen_by += 1;
-                    if record.seen_by == 1 {
-                        self.appeared.push(change.entity);
-                    }
-                }
-                Some(record) if change.has_gone() => {
-                    record.seen_by -= 1;
-                    if record.seen_by == 0 {
-                        self.lost.push(change.entity);
-                    }
-                }
-                _ => {}
+            if change.has_come() {
+                self.come(change.entity, audience, candidates);
+            } else if change.has_gone() {
+                self.go(change.entity, audience, candidates);
             }
         }
     }
 
     /// Counts that a view is no more.
-    pub fn drop_view(&mut self, view: &View, candidates: &mut Candidates) {
+    pub fn drop_view(&mut self, view: &View, audience: u16, candidates: &mut Candidates) {
         for number in view.seen.iter() {
-            if let Some(record) = candidates.record_mut(number) {
-                record.seen_by -= 1;
-                if record.seen_by == 0 {
-                    self.lost.push(record.entity);
-                }
-            }
+            self.go(candidates.record(number).entity, audience, candidates);
+        }
+    }
+
+    fn come(&mut self, entity: Entity, audience: u16, candidates: &mut Candidates) {
+        if candidates.count(entity, audience, true) == Some(1) {
+            self.appeared.push(entity);
+        }
+    }
+
+    fn go(&mut self, entity: Entity, audience: u16, candidates: &mut Candidates) {
+        if candidates.count(entity, audience, false) == Some(0) {
+            self.lost.push(entity);
         }
     }
 }
@@ -111,7 +110,8 @@ impl Marks {
         *self = Self::default();
     }
 
-    /// Begins a frame: brings what is known up to date with what others have done. `gone` are no candidates any more.
+    /// Begins a frame: brings what is known up to date with what others have done. `gone` are no
+    /// candidates any more, or have lost their marks.
     pub fn begin_frame(
         &mut self,
         gone: impl Iterator<Item = Entity>,
@@ -145,14 +145,12 @@ impl Marks {
         for (entity, visibility) in visibilities {
             let number = entity.index_u32();
             let is_known = known.contains(number);
-            let record = candidates.record(number);
-            let is_seen = record.entity == entity && record.seen_by > 0;
             if visibility.get() {
                 self.light(entity);
                 if !is_known {
                     self.foreign.push(entity);
                 }
-            } else if is_known && is_seen {
+            } else if is_known && is_seen(entity, candidates) {
                 self.unmarked.push(entity);
             }
         }
@@ -172,23 +170,32 @@ impl Marks {
         }
     }
 
-    /// Marks what views have begun to see, and what they see still.
+    /// Marks what cameras, or then shadow maps, have begun to see, and of what was set back what they see still.
     pub fn mark(
         &mut self,
         appeared: impl Iterator<Item = Entity>,
+        audience: u16,
         candidates: &Candidates,
         visibilities: &mut ViewVisibilities,
     ) {
-        let unmarked = std::mem::take(&mut self.unmarked);
-        for entity in appeared.chain(unmarked) {
-            // Perhaps it is seen no more by now.
-            if is_seen(entity, candidates) {
+        let sees = |entity: Entity| {
+            let record = candidates.record(entity.index_u32());
+            let is_camera = audience == Record::FOR_CAMERAS;
+            record.entity == entity && (if is_camera { record.cameras } else { record.shadow_maps }) > 0
+        };
+        for entity in appeared.filter(|&entity| sees(entity)) {
+            self.mark_one(entity, visibilities);
+        }
+        for entity in std::mem::take(&mut self.unmarked) {
+            if sees(entity) {
                 self.mark_one(entity, visibilities);
+            } else {
+                self.unmarked.push(entity);
             }
         }
         for place in 0..self.set_back.len() {
             let entity = self.set_back[place];
-            if is_seen(entity, candidates) {
+            if sees(entity) {
                 self.mark_one(entity, visibilities);
             }
         }
@@ -206,15 +213,15 @@ impl Marks {
 
     /// Ends a frame: hides what was visible and is not marked.
     pub fn hide_unseen(&mut self, candidates: &Candidates, visibilities: &mut ViewVisibilities) {
+        self.unmarked.clear();
         for entity in std::mem::take(&mut self.set_back) {
             let Ok((_, mut visibility)) = visibilities.get_mut(entity) else {
                 continue;
             };
-            if is_seen(entity, candidates) {
-                visibility.set_visible();
-                self.light(entity);
-            } else if visibility.get() {
-                self.foreign.push(entity);
+            if visibility.get() {
+                if !is_seen(entity, candidates) {
+                    self.foreign.push(entity);
+                }
                 self.light(entity);
             } else if *visibility == self.was_visible {
                 *visibility = ViewVisibility::HIDDEN;
@@ -226,7 +233,7 @@ impl Marks {
 
 fn is_seen(entity: Entity, candidates: &Candidates) -> bool {
     let record = candidates.record(entity.index_u32());
-    record.entity == entity && record.seen_by > 0
+    record.entity == entity && record.cameras + record.shadow_maps > 0
 }
 
 /// How many entities are marked as visible.

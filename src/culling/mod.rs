@@ -198,6 +198,15 @@ enum ViewKey {
     SpotLight(Entity),
 }
 
+impl ViewKey {
+    fn viewer(self) -> Entity {
+        match self {
+            Self::Camera(viewer) | Self::SpotLight(viewer) => viewer,
+            Self::Cascade { light, .. } | Self::CubeFace { light, .. } => light,
+        }
+    }
+}
+
 impl ViewCulling {
     /// Everything is to be found out anew.
     fn forget(&mut self) {

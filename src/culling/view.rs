@@ -30,6 +30,8 @@ const PARTS_PER_THREAD: usize = 8;
 /// A camera or a shadow map, as it is in this frame.
 #[derive(Clone, Debug)]
 pub(super) struct Request {
+    /// The camera or the light.
+    pub viewer: Entity,
     pub shape: ViewShape,
     pub layers: RenderLayers,
     /// What it is that sees: one of the facts of a [`Record`].
@@ -195,6 +197,13 @@ impl Request {
         }
     }
 
+    /// Whether an entity that is on other layers than the default one is on one of those that are seen.
+    fn is_on_layer(&self, sights: Sights, entity: Entity) -> bool {
+        let layers = sights.layers.get(entity);
+        // Whoever looks shares its layers with itself, even if it has none, as Bevy has it.
+        entity == self.viewer || layers.is_ok_and(|layers| self.layers.intersects(layers))
+    }
+
     fn mask(&self) -> u32 {
         mask::of_layers(&self.layers)
     }
@@ -312,8 +321,7 @@ impl View {
                     let is_seen = now >> bit & 1 != 0
                         && record.is(request.audience | Record::SHOWN)
                         && if record.is(Record::ON_LAYERS) {
-                            let layers = sights.layers.get(record.entity);
-                            layers.is_ok_and(|layers| request.layers.intersects(layers))
+                            request.is_on_layer(sights, record.entity)
                         } else {
                             is_on_default_layer
                         };
