@@ -102,11 +102,21 @@ pub(super) fn find_visible(
     for entity in turnover.lost.drain(..) {
         marks.set_back(entity, &mut visibilities);
     }
-    for number in candidates.shadowed.iter() {
+    // Whether a light is in view has to be known before shadow maps are asked. For everything else that is as good as
+    // after, unless others mark what they see in between.
+    let shadowed = &candidates.shadowed;
+    let has_others = marks.has_others();
+    let set_back = |number: u32| {
         let record = candidates.record(number);
         if record.cameras == 0 {
             marks.set_back(record.entity, &mut visibilities);
         }
+    };
+    if has_others {
+        shadowed.iter().for_each(set_back);
+    } else {
+        let lights = candidates.lights.iter();
+        lights.filter(|&light| shadowed.contains(light)).for_each(set_back);
     }
     for looking in &*looking {
         for &number in &looking.view.undecided {
@@ -154,9 +164,8 @@ pub(super) fn write_visible(
         }
         views.insert(ViewKey::Camera(camera), view);
     }
-    for entity in turnover.lost.drain(..) {
-        marks.set_back(entity, &mut visibilities);
-    }
+    // What was undecided has been set back, and may have been marked by others since.
+    turnover.lost.clear();
     let appeared = turnover.appeared.drain(..);
     marks.mark(appeared, Record::FOR_CAMERAS, candidates, &mut visibilities);
 }

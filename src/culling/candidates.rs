@@ -16,7 +16,7 @@ use bevy::{
         query::{Has, QueryData, Without},
         system::Query,
     },
-    light::{DirectionalLight, NotShadowCaster},
+    light::{DirectionalLight, NotShadowCaster, cluster::ClusterVisibilityClass},
     mesh::Mesh3d,
     platform::collections::HashMap,
     transform::components::GlobalTransform,
@@ -40,6 +40,8 @@ pub(super) struct Candidates {
     pub ranged: Bits,
     /// Whatever is seen in a shadow map.
     pub shadowed: Bits,
+    /// What lights, before shadow maps are asked.
+    pub lights: Bits,
     /// What has changed in this frame.
     pub changed: Bits,
     /// What was there in the last frame and is not any more, with the classes that it had.
@@ -179,7 +181,7 @@ impl Candidates {
         }
         self.changed.insert(number);
         self.ranged.set(number, seen.is_ranged);
-        if !seen.has_view_visibility {
+        if !seen.has_view_visibility || seen.has_mesh && !seen.has_place {
             self.incomplete.push(entity);
         }
 
@@ -206,7 +208,10 @@ impl Candidates {
             (Record::RANGED, seen.is_ranged),
         ];
         let facts = facts.into_iter().filter(|&(_, is)| is);
-        let classes = self.intern(seen.classes.map_or(&[], |classes| &classes.0));
+        let classes: &[TypeId] = seen.classes.map_or(&[], |classes| &classes.0);
+        self.lights
+            .set(number, classes.contains(&TypeId::of::<ClusterVisibilityClass>()));
+        let classes = self.intern(classes);
         if self.records.len() <= number as usize {
             self.records.resize(number as usize + 1, Record::NOBODY);
         }
@@ -256,6 +261,7 @@ impl Candidates {
         self.for_lights.put(number, None);
         self.ranged.remove(number);
         self.shadowed.remove(number);
+        self.lights.remove(number);
         self.changed.insert(number);
     }
 

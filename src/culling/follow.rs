@@ -24,7 +24,7 @@ use smallvec::SmallVec;
 use super::{ViewCulling, candidates::Seeables, marks::ViewVisibilities};
 use crate::index::{
     PickShape, SimplifiedMesh, SpatialIndex,
-    ticks::{Since, added, blocks, changed, ones},
+    ticks::{Since, added, changed, ones},
 };
 
 /// What the index does not look at, of all that can be seen.
@@ -149,7 +149,7 @@ fn collect<const N: usize>(entities: &[Entity], since: Since, columns: [Option<&
     if columns.is_empty() {
         return;
     }
-    for block in blocks(0..entities.len()) {
+    for block in since.blocks_with_newer(&columns, 0..entities.len()) {
         let newer = columns
             .iter()
             .fold(0, |newer, ticks| newer | since.newer(&ticks[block.clone()]));

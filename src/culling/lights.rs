@@ -265,8 +265,16 @@ pub(super) fn cull_lights(
         }
         views.insert(shadow.key, shadow.view);
     }
+    let mut visibilities = visibilities.p0();
+    if !marks.has_others() {
+        for entity in turnover.lost.drain(..) {
+            if candidates.record(entity.index_u32()).cameras == 0 {
+                marks.set_back(entity, &mut visibilities);
+            }
+        }
+    }
     turnover.lost.clear();
-    let (appeared, mut visibilities) = (turnover.appeared.drain(..), visibilities.p0());
+    let appeared = turnover.appeared.drain(..);
     marks.mark(appeared, Record::FOR_CASCADES, candidates, &mut visibilities);
 }
 

@@ -18,6 +18,7 @@ use super::{
     candidates::{Candidates, Record},
     view::View,
 };
+use crate::spatial::simd::{Simd, Task, dispatch};
 
 /// What Bevy would mark.
 pub(super) type ViewVisibilities<'w, 's> = Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
@@ -34,6 +35,7 @@ pub(super) struct Marks {
     set_back: Vec<Entity>,
     /// Those who were marked by others.
     foreign: Vec<Entity>,
+    has_others: bool,
     /// Those whom views see, and somebody has unmarked.
     unmarked: Vec<Entity>,
     was_visible: ViewVisibility,
@@ -47,6 +49,7 @@ impl Default for Marks {
             fresh: Vec::new(),
             set_back: Vec::new(),
             foreign: Vec::new(),
+            has_others: false,
             unmarked: Vec::new(),
             was_visible: was_visible(),
         }
@@ -107,7 +110,15 @@ impl Turnover {
 impl Marks {
     /// Everything is to be found out anew.
     pub fn forget(&mut self) {
-        *self = Self::default();
+        *self = Self {
+            has_others: self.has_others,
+            ..Self::default()
+        };
+    }
+
+    /// Whether others have been seen to mark what they see.
+    pub fn has_others(&self) -> bool {
+        self.has_others
     }
 
     /// Begins a frame: brings what is known up to date with what others have done. `gone` are no
@@ -221,6 +232,7 @@ impl Marks {
             if visibility.get() {
                 if !is_seen(entity, candidates) {
                     self.foreign.push(entity);
+                    self.has_others = true;
                 }
                 self.light(entity);
             } else if *visibility == self.was_visible {
@@ -238,15 +250,30 @@ fn is_seen(entity: Entity, candidates: &Candidates) -> bool {
 
 /// How many entities are marked as visible.
 fn count_marked(visibilities: &ViewVisibilities) -> usize {
-    let is_marked = |visibility: &ViewVisibility| visibility.get();
     match visibilities.contiguous_iter() {
-        Ok(tables) => tables
-            .map(|(_, column)| column.iter().filter(|visibility| is_marked(visibility)).count())
-            .sum(),
+        Ok(tables) => tables.map(|(_, column)| dispatch(CountMarked(column))).sum(),
         // Something decides which entities are disabled that is not stored in tables.
-        Err(_) => visibilities
-            .iter()
-            .filter(|(_, visibility)| is_marked(visibility))
-            .count(),
+        Err(_) => visibilities.iter().filter(|(_, visibility)| visibility.get()).count(),
+    }
+}
+
+/// Counts many at once.
+struct CountMarked<'a>(&'a [ViewVisibility]);
+
+impl Task for CountMarked<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> usize {
+        let mut count = 0;
+        // As many as a byte can count.
+        for some in self.0.chunks(255) {
+            let mut marked = 0u8;
+            for visibility in some {
+                marked += u8::from(visibility.get());
+            }
+            count += usize::from(marked);
+        }
+        count
     }
 }

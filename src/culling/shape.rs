@@ -41,7 +41,7 @@ impl ViewShape {
             frustum: *frustum,
             kind,
             half_spaces: match kind {
-                ViewKind::Local(reach) => half_spaces.surely_in(reach.center, reach.radius),
+                ViewKind::Local(reach) => half_spaces.within(reach.center, reach.radius),
                 ViewKind::Camera | ViewKind::Cascade => half_spaces,
             },
         }

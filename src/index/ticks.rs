@@ -2,37 +2,90 @@
 
 use std::ops::Range;
 
-use bevy::ecs::change_detection::{ContiguousRef, Tick};
+use bevy::ecs::change_detection::{ContiguousRef, MAX_CHANGE_AGE, Tick};
 
-/// The rows of a table that are looked at together: one bit for each.
-pub(crate) const BLOCK: usize = u64::BITS as usize;
+use crate::spatial::simd::{Simd, Task, dispatch};
+
+/// The rows of a table that are looked at one by one where one of them is new: one bit for each.
+const BLOCK: usize = u64::BITS as usize;
+
+/// The rows that are looked at together: mostly, none of them is new.
+const STRIDE: usize = 16 * BLOCK;
 
 /// The time since a system has last looked.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Since {
-    pub last_run: Tick,
-    pub this_run: Tick,
+    this_run: u32,
+    /// Ticks are new that are younger.
+    age: u32,
 }
 
 impl Since {
     /// Since the system that reads this column ran.
     pub fn last_read<T>(column: &ContiguousRef<T>) -> Self {
+        let (last_run, this_run) = (column.last_run_tick().get(), column.this_run_tick().get());
         Self {
-            last_run: column.last_run_tick(),
-            this_run: column.this_run_tick(),
+            this_run,
+            age: this_run.wrapping_sub(last_run).min(MAX_CHANGE_AGE),
         }
     }
 
-    /// Which of up to [`BLOCK`] ticks are newer, bit by bit.
-    pub fn newer(self, ticks: &[Tick]) -> u64 {
-        let is_new = |tick: &Tick| tick.is_newer_than(self.last_run, self.this_run);
-        // Without a branch, many at once.
-        if !ticks.iter().fold(false, |any, tick| any | is_new(tick)) {
-            return 0;
-        }
-        let rows = ticks.iter().enumerate();
-        rows.fold(0, |changed, (row, tick)| changed | u64::from(is_new(tick)) << row)
+    /// [`Tick::is_newer_than`].
+    #[inline(always)]
+    fn is_newer(self, tick: Tick) -> bool {
+        self.this_run.wrapping_sub(tick.get()) < self.age
     }
+
+    /// Which of the ticks, as many as a number has bits, are newer.
+    pub fn newer(self, ticks: &[Tick]) -> u64 {
+        let rows = ticks.iter().enumerate();
+        rows.fold(0, |newer, (row, &tick)| newer | u64::from(self.is_newer(tick)) << row)
+    }
+
+    /// The parts of some rows of a table, as long as a number has bits, in which some tick of some column is newer.
+    pub fn blocks_with_newer<'a>(
+        self,
+        columns: &'a [&'a [Tick]],
+        rows: Range<usize>,
+    ) -> impl Iterator<Item = Range<usize>> + 'a {
+        let any_newer = move |rows: &Range<usize>| {
+            columns.iter().any(|ticks| {
+                dispatch(AnyNewer {
+                    since: self,
+                    ticks: &ticks[rows.clone()],
+                })
+            })
+        };
+        parts(rows, STRIDE)
+            .filter(any_newer)
+            .flat_map(|stride| parts(stride, BLOCK))
+            .filter(any_newer)
+    }
+}
+
+/// Whether any tick is newer: many at once.
+struct AnyNewer<'a> {
+    since: Since,
+    ticks: &'a [Tick],
+}
+
+impl Task for AnyNewer<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> bool {
+        let mut any = 0;
+        for tick in self.ticks {
+            any |= u32::from(self.since.is_newer(*tick));
+        }
+        any != 0
+    }
+}
+
+/// Rows, cut into parts of some length.
+fn parts(rows: Range<usize>, len: usize) -> impl Iterator<Item = Range<usize>> {
+    let end = rows.end;
+    rows.step_by(len).map(move |start| start..end.min(start + len))
 }
 
 /// When each value of a column was changed, if the table has it.
@@ -43,12 +96,6 @@ pub(crate) fn changed<T>(column: Option<ContiguousRef<'_, T>>) -> Option<&'_ [Ti
 /// When each value of a column was added, if the table has it.
 pub(crate) fn added<T>(column: Option<ContiguousRef<'_, T>>) -> Option<&'_ [Tick]> {
     column.map(|column| column.added_ticks_slice())
-}
-
-/// Some rows of a table, block by block.
-pub(crate) fn blocks(rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-    let end = rows.end;
-    rows.step_by(BLOCK).map(move |start| start..end.min(start + BLOCK))
 }
 
 /// The places of the bits that are set.

@@ -25,7 +25,7 @@ use crate::index::{
     BoundedBy, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
     pick_shape::DerivedShape,
     spatial_index::Moves,
-    ticks::{Since, blocks, changed, ones},
+    ticks::{Since, changed, ones},
 };
 
 /// Fewer entities than this are not worth a task.
@@ -145,10 +145,10 @@ impl Changes<'_, '_> {
 struct Table<'w> {
     entities: &'w [Entity],
     transforms: ContiguousRef<'w, GlobalTransform>,
-    /// When each `Aabb` was changed, if the entities have any.
-    resized: Option<&'w [Tick]>,
-    /// When each of the other components was changed, of those that the entities have.
-    others: SmallVec<[&'w [Tick]; 11]>,
+    /// When each component was changed, of those that the entities have: first the place, last what is neither that nor
+    /// the `Aabb`.
+    ticks: SmallVec<[&'w [Tick]; 13]>,
+    has_aabb: bool,
 }
 
 impl<'w> Table<'w> {
@@ -185,7 +185,9 @@ impl<'w> Table<'w> {
             Option<ContiguousRef<'w, NoSpatialIndex>>,
         ),
     ) -> Self {
-        let others = [
+        let ticks = [
+            Some(transforms.changed_ticks_slice()),
+            changed(aabb),
             changed(mesh_2d),
             changed(mesh_3d),
             changed(simplified),
@@ -201,21 +203,21 @@ impl<'w> Table<'w> {
         Self {
             entities,
             transforms,
-            resized: changed(aabb),
-            others: others.into_iter().flatten().collect(),
+            has_aabb: ticks[1].is_some(),
+            ticks: ticks.into_iter().flatten().collect(),
         }
     }
 
     /// Finds what has changed in some rows.
     fn find(&self, rows: Range<usize>, index: &SpatialIndex, found: &mut Found) {
         let since = Since::last_read(&self.transforms);
-        for block in blocks(rows) {
-            let others = self.others.iter();
-            let dirty = others.fold(0, |dirty, ticks| dirty | since.newer(&ticks[block.clone()]));
-            let moved = since.newer(&self.transforms.changed_ticks_slice()[block.clone()]);
+        for block in since.blocks_with_newer(&self.ticks, rows) {
+            let mut newer = self.ticks.iter().map(|ticks| since.newer(&ticks[block.clone()]));
+            let moved = newer.next().unwrap_or(0);
+            let resized = if self.has_aabb { newer.next().unwrap_or(0) } else { 0 };
+            let dirty = newer.fold(0, |dirty, newer| dirty | newer);
             let entities = &self.entities[block.clone()];
             found.dirty.extend(ones(dirty).map(|row| entities[row as usize]));
-            let resized = self.resized.map_or(0, |ticks| since.newer(&ticks[block.clone()]));
             for row in ones((moved | resized) & !dirty) {
                 let entity = entities[row as usize];
                 // Bevy gives a new box to what is skinned in each frame: ours is that of the pose.

@@ -25,13 +25,21 @@ use crate::{
     },
 };
 
-/// What several half-spaces have in common, seven at most. One that is NaN or infinite excludes nothing, and nothing is
-/// surely inside of it.
+/// What several half-spaces have in common, seven at most.
 #[derive(Clone, Debug)]
 pub(crate) struct HalfSpaces {
     planes: Planes,
-    /// What has to be in here as well to be surely inside. Excludes nothing.
-    ball: Option<BoundingSphere>,
+    ball: Option<Ball>,
+}
+
+/// A ball that decides too: it is held against the shape in a box, which is symmetric about its own centre, by the nearest
+/// point of the shape along the line between the centres.
+#[derive(Clone, Debug)]
+struct Ball {
+    /// What is in here passes.
+    surely_in: BoundingSphere,
+    /// How far the ball reaches, and rounding.
+    reach: f32,
 }
 
 /// What is done with what is found. Rounding is on the safe side of both: what is across may be inside or outside.
@@ -54,11 +62,19 @@ impl HalfSpaces {
     /// The most planes, and the bit of the ball.
     const BALL: usize = 7;
 
+    /// A half-space that is NaN, or infinitely wide, excludes nothing. Whether one with an infinite normal does is not
+    /// sure of any box.
+    ///
     /// # Panics
     ///
     /// If there are more than seven.
     pub fn new<'a>(half_spaces: impl IntoIterator<Item = &'a HalfSpace>) -> Self {
-        let planes = half_spaces.into_iter().map(|half_space| Plane {
+        let excludes_some = |half_space: &&HalfSpace| {
+            let (normal, d) = (half_space.normal(), half_space.d());
+            !(normal.is_nan() || d.is_nan() || normal.is_finite() && d == f32::INFINITY)
+        };
+        let half_spaces = half_spaces.into_iter().filter(excludes_some);
+        let planes = half_spaces.map(|half_space| Plane {
             normal: half_space.normal(),
             d: half_space.d(),
             magnitude: half_space.d().abs(),
@@ -68,18 +84,47 @@ impl HalfSpaces {
         Self { planes, ball: None }
     }
 
-    /// Surely inside is only what lies in this ball too.
-    pub fn surely_in(mut self, center: Vec3A, radius: f32) -> Self {
-        let rounding = 2.0 * tolerance::REGION_PLANE * (center.abs().max_element() + radius);
-        // A radius that is NaN or below the rounding contains nothing, and a ball without size nearly nothing.
-        let radius = (radius - rounding).max(0.0);
-        self.ball = Some(BoundingSphere::new(center, radius));
+    /// The same within a ball, as Bevy has it: it is held against the shape in a box, which is symmetric about its own
+    /// centre, by the nearest point of the shape along the line between the centres.
+    pub fn within(mut self, center: Vec3A, radius: f32) -> Self {
+        let rounding = 2.0 * tolerance::REGION_PLANE * (center.abs().max_element() + radius.abs());
+        self.ball = Some(Ball {
+            // A ball with a radius that is NaN contains nothing surely.
+            surely_in: BoundingSphere::new(center, (radius - rounding).max(0.0)),
+            reach: radius + rounding,
+        });
         self
     }
 
     /// The bits of all that cuts.
     fn all(&self) -> u8 {
         !(!0u8 << self.planes.len()) | u8::from(self.ball.is_some()) << Self::BALL
+    }
+}
+
+impl Ball {
+    /// The lanes whose boxes have nothing in them that could pass.
+    ///
+    /// A shape that is symmetric about its centre `c` lies in a box with centre `w` and half extents `h`. With a point
+    /// `c + δ` it has `c - δ`, so that `|c - w| + |δ| <= h` along every axis, and the lengths of the two add up to no more
+    /// than the half extents do: no point of the shape is nearer, along any line, than `w` but for their sum.
+    #[inline(always)]
+    fn is_far_from<S: Simd>(&self, simd: S, boxes: Boxes) -> u32 {
+        let half = simd.splat(0.5);
+        let (mut distance_squared, mut reach) = (simd.splat(0.0), simd.splat(self.reach));
+        for axis in 0..3 {
+            let (min, max) = (simd.load(&boxes.min[axis]), simd.load(&boxes.max[axis]));
+            let from_center = simd.sub(
+                simd.mul(simd.add(min, max), half),
+                simd.splat(self.surely_in.center[axis]),
+            );
+            distance_squared = simd.add(distance_squared, simd.mul(from_center, from_center));
+            reach = simd.add(reach, simd.mul(simd.sub(max, min), half));
+        }
+        let distance_squared = simd.mul(distance_squared, simd.splat(1.0 - tolerance::REGION_PLANE));
+        let is_near = simd.le(distance_squared, simd.mul(reach, reach));
+        // A ball that reaches nowhere, or whose reach is NaN, is for the other test to tell.
+        if self.reach >= 0.0 { !is_near } else { 0 }
     }
 }
 
@@ -182,7 +227,8 @@ impl<K: Copy, V: Sides<K>> Task for Walk<'_, K, V> {
             if let Some(ball) = &self.half_spaces.ball
                 && open.cut_by >> HalfSpaces::BALL & 1 != 0
             {
-                cut[HalfSpaces::BALL] = !ball.contains(simd, boxes);
+                lanes &= !ball.is_far_from(simd, boxes);
+                cut[HalfSpaces::BALL] = !ball.surely_in.contains(simd, boxes);
             }
             while lanes != 0 {
                 let lane = lanes.trailing_zeros() as usize % LANES;
