@@ -8,6 +8,7 @@ use bevy::{
     light::LightPlugin,
     mesh::{MeshPlugin, skinning::SkinnedMeshInverseBindposes},
     prelude::*,
+    tasks::{ComputeTaskPool, TaskPool},
     window::WindowPlugin,
 };
 use bevy_sightline::prelude::*;
@@ -43,9 +44,13 @@ pub fn handed_back() -> App {
 }
 
 /// Whether ours culls, or Bevy's own.
-pub fn set_enabled(_app: &mut App, _enabled: bool) {}
+pub fn set_enabled(app: &mut App, enabled: bool) {
+    app.world_mut().resource_mut::<ViewCullingSettings>().enabled = enabled;
+}
 
 fn app(add_plugins: impl FnOnce(&mut App)) -> App {
+    // Left to itself, Bevy takes one thread of two cores, and then runs its queries on none but its own.
+    ComputeTaskPool::get_or_init(TaskPool::default);
     let mut app = App::new();
     app.add_plugins((
         MinimalPlugins,
