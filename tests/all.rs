@@ -3,6 +3,7 @@
 mod bounded_by;
 mod boxes;
 mod common;
+mod culling;
 mod differential;
 mod geometry;
 mod layering;

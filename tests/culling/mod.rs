@@ -1,0 +1,3 @@
+//! What cameras and lights see: exactly what Bevy's own systems say.
+
+mod differential;
