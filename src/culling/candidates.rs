@@ -44,6 +44,8 @@ pub(super) struct Candidates {
     pub lights: Bits,
     /// What has changed in this frame.
     pub changed: Bits,
+    /// What is there and was not in the last frame.
+    pub new: Vec<Entity>,
     /// What was there in the last frame and is not any more, with the classes that it had.
     pub gone: Vec<(Entity, ClassId)>,
     /// The classes of what has changed in this frame, as they were in the last frame.
@@ -162,6 +164,7 @@ impl Candidates {
 
     pub fn begin_frame(&mut self) {
         self.changed.clear();
+        self.new.clear();
         self.gone.clear();
         self.old_classes.clear();
     }
@@ -218,6 +221,7 @@ impl Candidates {
         let record = &mut self.records[number as usize];
         if record.entity != entity {
             self.len += 1;
+            self.new.push(entity);
         } else if record.classes != classes {
             self.old_classes.entry(number).or_insert(record.classes);
         }

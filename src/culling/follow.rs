@@ -13,7 +13,7 @@ use bevy::{
         entity::Entity,
         lifecycle::RemovedComponents,
         query::{Added, Changed, Or, With, Without},
-        system::{Local, Query, SystemParam},
+        system::{Local, ParamSet, Query, SystemParam},
     },
     light::{DirectionalLight, NotShadowCaster},
     mesh::{Mesh2d, Mesh3d},
@@ -95,13 +95,23 @@ pub(super) struct Changes<'w, 's> {
     never_culled: RemovedComponents<'w, 's, NoFrustumCulling>,
     casts_no_shadow: RemovedComponents<'w, 's, NotShadowCaster>,
     directional_light: RemovedComponents<'w, 's, DirectionalLight>,
+    marks: Query<'w, 's, (Entity, Ref<'static, ViewVisibility>)>,
+    marks_changed: Query<'w, 's, Entity, Changed<ViewVisibility>>,
     left_to_gpu: RemovedComponents<'w, 's, NoCpuCulling>,
     newly_left_to_gpu: Query<'w, 's, Entity, Added<NoCpuCulling>>,
 }
 
 impl Changes<'_, '_> {
-    /// Finds it, some of it several times; and `unmarked`, which had a mark that was taken away, if it had one.
-    fn find(&mut self, dirty: &mut Vec<Entity>, unmarked: &mut Vec<Entity>) {
+    /// Finds it, some of it several times.
+    fn find(&mut self, found: &mut Found) {
+        let Found {
+            dirty,
+            marked,
+            unmarked,
+        } = found;
+        dirty.clear();
+        marked.clear();
+        unmarked.clear();
         match self.watched.contiguous_iter() {
             Ok(tables) => {
                 for (entities, inherited, classes, sphere, range, never_culled, casts_no_shadow, light) in tables {
@@ -129,6 +139,15 @@ impl Changes<'_, '_> {
             }
             Err(_) => dirty.extend(&self.unbounded_changed),
         }
+        match self.marks.contiguous_iter() {
+            Ok(tables) => {
+                for (entities, visibility) in tables {
+                    let since = Since::last_read(&visibility);
+                    collect(entities, since, [changed(Some(visibility))], marked);
+                }
+            }
+            Err(_) => marked.extend(&self.marks_changed),
+        }
         unmarked.extend(self.view_visibility.read().chain(&self.newly_left_to_gpu));
         dirty.extend(&*unmarked);
         dirty.extend(
@@ -141,6 +160,17 @@ impl Changes<'_, '_> {
                 .chain(self.left_to_gpu.read()),
         );
     }
+}
+
+/// What has changed.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// What may be seen otherwise than before.
+    dirty: Vec<Entity>,
+    /// Those whose marks have changed.
+    marked: Vec<Entity>,
+    /// Those whose marks were taken away, if they had any.
+    unmarked: Vec<Entity>,
 }
 
 /// Collects the entities of a table of which some column has a newer tick.
@@ -159,14 +189,12 @@ fn collect<const N: usize>(entities: &[Entity], since: Since, columns: [Option<&
 
 /// Brings what is known of the candidates up to date, and begins a frame for all views.
 pub(super) fn follow_candidates(
-    mut changes: Changes,
+    mut world: ParamSet<(Changes, ViewVisibilities)>,
     seeables: Seeables,
     index: Res<SpatialIndex>,
     mut culling: ResMut<ViewCulling>,
-    mut visibilities: ViewVisibilities,
-    mut buffers: Local<(Vec<Entity>, Vec<Entity>)>,
+    mut found: Local<Found>,
 ) {
-    let (dirty, unmarked) = &mut *buffers;
     let culling = &mut *culling;
     let syncs = index.syncs();
     culling.index_is_current = culling.syncs != syncs;
@@ -174,9 +202,12 @@ pub(super) fn follow_candidates(
     culling.syncs = syncs;
     culling.candidates.begin_frame();
 
-    dirty.clear();
-    unmarked.clear();
-    changes.find(dirty, unmarked);
+    world.p0().find(&mut found);
+    let Found {
+        dirty,
+        marked,
+        unmarked,
+    } = &mut *found;
     dirty.append(&mut culling.candidates.incomplete);
     if culling.index_is_current {
         dirty.extend_from_slice(index.reconciled());
@@ -204,5 +235,8 @@ pub(super) fn follow_candidates(
         view.begin_frame(&candidates.gone);
     }
     let gone = candidates.gone.iter().map(|&(entity, _)| entity);
-    marks.begin_frame(gone.chain(unmarked.drain(..)), candidates, &mut visibilities);
+    let gone = gone.chain(unmarked.drain(..));
+    // What was disabled for a while may have a mark that has not changed.
+    marked.extend(&candidates.new);
+    marks.begin_frame(gone, marked.drain(..), candidates, &mut world.p1());
 }

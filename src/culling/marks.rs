@@ -18,7 +18,6 @@ use super::{
     candidates::{Candidates, Record},
     view::View,
 };
-use crate::spatial::simd::{Simd, Task, dispatch};
 
 /// What Bevy would mark.
 pub(super) type ViewVisibilities<'w, 's> = Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
@@ -28,7 +27,8 @@ pub(super) type ViewVisibilities<'w, 's> = Query<'w, 's, (Entity, &'static mut V
 pub(super) struct Marks {
     /// Who is marked as visible.
     lit: Bits,
-    lit_count: usize,
+    /// Whether anything is known.
+    is_known: bool,
     /// Those of whom this frame will know that they were visible before, and the last did not.
     fresh: Vec<Entity>,
     /// Those who were set back in this frame.
@@ -45,7 +45,7 @@ impl Default for Marks {
     fn default() -> Self {
         Self {
             lit: Bits::default(),
-            lit_count: 0,
+            is_known: false,
             fresh: Vec::new(),
             set_back: Vec::new(),
             foreign: Vec::new(),
@@ -121,11 +121,12 @@ impl Marks {
         self.has_others
     }
 
-    /// Begins a frame: brings what is known up to date with what others have done. `gone` are no
-    /// candidates any more, or have lost their marks.
+    /// Begins a frame: brings what is known up to date with what others have done. `gone` are no candidates any more, or
+    /// have lost their marks; the marks of `changed` have changed since the last frame.
     pub fn begin_frame(
         &mut self,
         gone: impl Iterator<Item = Entity>,
+        changed: impl Iterator<Item = Entity>,
         candidates: &Candidates,
         visibilities: &mut ViewVisibilities,
     ) {
@@ -137,38 +138,39 @@ impl Marks {
             }
         }
         for entity in gone {
-            self.lit_count -= usize::from(self.lit.remove(entity.index_u32()));
+            self.lit.remove(entity.index_u32());
             self.set_back(entity, visibilities);
         }
-        // Who marks entities has not to say so: but then there are more of them.
-        if count_marked(visibilities) != self.lit_count {
-            self.look_at_all(candidates, visibilities);
+        if self.is_known {
+            for entity in changed {
+                if let Ok((_, visibility)) = visibilities.get(entity) {
+                    self.look_at(entity, visibility.get(), candidates);
+                }
+            }
+        } else {
+            self.is_known = true;
+            for (entity, visibility) in &*visibilities {
+                self.look_at(entity, visibility.get(), candidates);
+            }
         }
         for entity in std::mem::take(&mut self.foreign) {
             self.set_back(entity, visibilities);
         }
     }
 
-    /// Finds out who is marked.
-    fn look_at_all(&mut self, candidates: &Candidates, visibilities: &ViewVisibilities) {
-        let known = std::mem::take(&mut self.lit);
-        self.lit_count = 0;
-        for (entity, visibility) in visibilities {
-            let number = entity.index_u32();
-            let is_known = known.contains(number);
-            if visibility.get() {
-                self.light(entity);
-                if !is_known {
-                    self.foreign.push(entity);
-                }
-            } else if is_known && is_seen(entity, candidates) {
+    /// Finds out who has been marked or unmarked by others.
+    fn look_at(&mut self, entity: Entity, is_marked: bool, candidates: &Candidates) {
+        let number = entity.index_u32();
+        let was_marked = self.lit.contains(number);
+        if is_marked && !was_marked {
+            self.lit.insert(number);
+            self.foreign.push(entity);
+        } else if was_marked && !is_marked {
+            self.lit.remove(number);
+            if is_seen(entity, candidates) {
                 self.unmarked.push(entity);
             }
         }
-    }
-
-    fn light(&mut self, entity: Entity) {
-        self.lit_count += usize::from(self.lit.insert(entity.index_u32()));
     }
 
     /// Sets an entity back that no view sees, or of which it is to be decided anew. Not yet a change.
@@ -218,7 +220,7 @@ impl Marks {
                 self.fresh.push(entity);
             }
             visibility.set_visible();
-            self.light(entity);
+            self.lit.insert(entity.index_u32());
         }
     }
 
@@ -234,10 +236,10 @@ impl Marks {
                     self.foreign.push(entity);
                     self.has_others = true;
                 }
-                self.light(entity);
+                self.lit.insert(entity.index_u32());
             } else if *visibility == self.was_visible {
                 *visibility = ViewVisibility::HIDDEN;
-                self.lit_count -= usize::from(self.lit.remove(entity.index_u32()));
+                self.lit.remove(entity.index_u32());
             }
         }
     }
@@ -246,34 +248,4 @@ impl Marks {
 fn is_seen(entity: Entity, candidates: &Candidates) -> bool {
     let record = candidates.record(entity.index_u32());
     record.entity == entity && record.cameras + record.shadow_maps > 0
-}
-
-/// How many entities are marked as visible.
-fn count_marked(visibilities: &ViewVisibilities) -> usize {
-    match visibilities.contiguous_iter() {
-        Ok(tables) => tables.map(|(_, column)| dispatch(CountMarked(column))).sum(),
-        // Something decides which entities are disabled that is not stored in tables.
-        Err(_) => visibilities.iter().filter(|(_, visibility)| visibility.get()).count(),
-    }
-}
-
-/// Counts many at once.
-struct CountMarked<'a>(&'a [ViewVisibility]);
-
-impl Task for CountMarked<'_> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> usize {
-        let mut count = 0;
-        // As many as a byte can count.
-        for some in self.0.chunks(255) {
-            let mut marked = 0u8;
-            for visibility in some {
-                marked += u8::from(visibility.get());
-            }
-            count += usize::from(marked);
-        }
-        count
-    }
 }
