@@ -7,8 +7,8 @@
 //! ```text
 //!      sprite                    ECS plugins
 //!         |
-//!      picking
-//!         |
+//!      picking   culling         ViewCullingPlugin: what cameras and lights see
+//!         |     /
 //!       index      SpatialIndexPlugin, SceneQuery
 //!         |   \
 //!         |   mesh               a bounding volume hierarchy over the triangles of each mesh
@@ -29,6 +29,10 @@
 //!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
 //!              SpatialIndexSystems::Sync     what changed → meshes, poses, leaves of tree and grid
 //!              SpatialIndexSystems::Optimize upkeep of the tree
+//!              ViewCullingSystems::Find      frusta of cameras → tree → what is in sight
+//!              ViewCullingSystems::Write     VisibleEntities, VisibleSet, ViewVisibility
+//!              ViewCullingSystems::Lights    the same for cascades, cube faces and spot lights
+//!              ViewCullingSystems::Hide      what nothing sees any more
 //! ```
 
 pub mod culling;

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
-const FORBIDDEN: [(&str, &[&str]); 5] = [
+const FORBIDDEN: [(&str, &[&str]); 6] = [
     (
         "geometry",
         &[
@@ -15,6 +15,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
             "crate::spatial",
             "crate::mesh",
             "crate::index",
+            "crate::culling",
             "crate::picking",
             "crate::sprite",
         ],
@@ -29,6 +30,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
             "Res<",
             "crate::mesh",
             "crate::index",
+            "crate::culling",
             "crate::picking",
             "crate::sprite",
         ],
@@ -43,12 +45,14 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
             "Query<",
             "Res<",
             "crate::index",
+            "crate::culling",
             "crate::picking",
             "crate::sprite",
         ],
     ),
-    ("index", &["crate::picking", "crate::sprite"]),
-    ("picking", &["crate::sprite"]),
+    ("index", &["crate::culling", "crate::picking", "crate::sprite"]),
+    ("culling", &["crate::picking", "crate::sprite"]),
+    ("picking", &["crate::culling", "crate::sprite"]),
 ];
 
 #[test]

@@ -102,22 +102,7 @@ pub(super) fn find_visible(
     for entity in turnover.lost.drain(..) {
         marks.set_back(entity, &mut visibilities);
     }
-    // Whether a light is in view has to be known before shadow maps are asked. For everything else that is as good as
-    // after, unless others mark what they see in between.
-    let shadowed = &candidates.shadowed;
-    let has_others = marks.has_others();
-    let set_back = |number: u32| {
-        let record = candidates.record(number);
-        if record.cameras == 0 {
-            marks.set_back(record.entity, &mut visibilities);
-        }
-    };
-    if has_others {
-        shadowed.iter().for_each(set_back);
-    } else {
-        let lights = candidates.lights.iter();
-        lights.filter(|&light| shadowed.contains(light)).for_each(set_back);
-    }
+    marks.set_back_shadows(candidates, &mut visibilities);
     for looking in &*looking {
         for &number in &looking.view.undecided {
             if looking.view.seen.contains(number) {

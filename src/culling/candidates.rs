@@ -16,7 +16,7 @@ use bevy::{
         query::{Has, QueryData, Without},
         system::Query,
     },
-    light::{DirectionalLight, NotShadowCaster, cluster::ClusterVisibilityClass},
+    light::{DirectionalLight, NotShadowCaster},
     mesh::Mesh3d,
     platform::collections::HashMap,
     transform::components::GlobalTransform,
@@ -38,13 +38,14 @@ pub(super) struct Candidates {
     pub for_lights: Pool,
     /// Whatever has a `VisibilityRange`, and so may come and go as views move.
     pub ranged: Bits,
-    /// Whatever is seen in a shadow map.
-    pub shadowed: Bits,
-    /// What lights, before shadow maps are asked.
-    pub lights: Bits,
+    /// Whatever cameras see.
+    by_cameras: Bits,
+    /// Whatever is seen in shadow maps.
+    in_shadow_maps: Bits,
+    shadow_map_len: usize,
     /// What has changed in this frame.
     pub changed: Bits,
-    /// What is there and was not in the last frame.
+    /// What is there, or has a mark, and had not in the last frame.
     pub new: Vec<Entity>,
     /// What was there in the last frame and is not any more, with the classes that it had.
     pub gone: Vec<(Entity, ClassId)>,
@@ -109,6 +110,8 @@ impl Record {
     pub const FOR_CASCADES: u16 = 1 << 2;
     /// It has what point lights and spot lights look for.
     pub const FOR_LOCAL_LIGHTS: u16 = 1 << 3;
+    /// It has a `ViewVisibility`.
+    const HAS_MARK: u16 = 1 << 6;
     /// It is on other layers than those that entities are on by default.
     pub const ON_LAYERS: u16 = 1 << 4;
     /// It has a `VisibilityRange`.
@@ -209,19 +212,20 @@ impl Candidates {
             (Record::FOR_LOCAL_LIGHTS, casts_shadow && seen.has_view_visibility),
             (Record::ON_LAYERS, seen.has_layers),
             (Record::RANGED, seen.is_ranged),
+            (Record::HAS_MARK, seen.has_view_visibility),
         ];
         let facts = facts.into_iter().filter(|&(_, is)| is);
-        let classes: &[TypeId] = seen.classes.map_or(&[], |classes| &classes.0);
-        self.lights
-            .set(number, classes.contains(&TypeId::of::<ClusterVisibilityClass>()));
-        let classes = self.intern(classes);
+        let classes = self.intern(seen.classes.map_or(&[], |classes| &classes.0));
         if self.records.len() <= number as usize {
             self.records.resize(number as usize + 1, Record::NOBODY);
         }
         let record = &mut self.records[number as usize];
-        if record.entity != entity {
-            self.len += 1;
+        let is_new = record.entity != entity;
+        if is_new || seen.has_view_visibility && !record.is(Record::HAS_MARK) {
             self.new.push(entity);
+        }
+        if is_new {
+            self.len += 1;
         } else if record.classes != classes {
             self.old_classes.entry(number).or_insert(record.classes);
         }
@@ -242,17 +246,36 @@ impl Candidates {
             .get_mut(number as usize)
             .filter(|record| record.entity == entity)?;
         let is_camera = audience == Record::FOR_CAMERAS;
-        let count = if is_camera {
-            &mut record.cameras
+        let (count, seen) = if is_camera {
+            (&mut record.cameras, &mut self.by_cameras)
         } else {
-            &mut record.shadow_maps
+            (&mut record.shadow_maps, &mut self.in_shadow_maps)
         };
         *count = if comes { *count + 1 } else { *count - 1 };
         let count = *count;
-        if !is_camera {
-            self.shadowed.set(number, count > 0);
+        if comes && count == 1 {
+            seen.insert(number);
+            self.shadow_map_len += usize::from(!is_camera);
+        } else if count == 0 {
+            seen.remove(number);
+            self.shadow_map_len -= usize::from(!is_camera);
         }
         Some(count)
+    }
+
+    /// All that is seen in shadow maps.
+    pub fn in_shadow_maps(&self) -> &Bits {
+        &self.in_shadow_maps
+    }
+
+    /// How much is seen in shadow maps.
+    pub fn shadow_map_len(&self) -> usize {
+        self.shadow_map_len
+    }
+
+    /// Whether cameras see an entity.
+    pub fn is_seen_by_cameras(&self, number: u32) -> bool {
+        self.by_cameras.contains(number)
     }
 
     fn forget(&mut self, number: u32) {
@@ -264,8 +287,8 @@ impl Candidates {
         self.for_cameras.put(number, None);
         self.for_lights.put(number, None);
         self.ranged.remove(number);
-        self.shadowed.remove(number);
-        self.lights.remove(number);
+        self.by_cameras.remove(number);
+        self.shadow_map_len -= usize::from(self.in_shadow_maps.remove(number));
         self.changed.insert(number);
     }
 

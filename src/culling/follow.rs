@@ -235,8 +235,9 @@ pub(super) fn follow_candidates(
         view.begin_frame(&candidates.gone);
     }
     let gone = candidates.gone.iter().map(|&(entity, _)| entity);
-    let gone = gone.chain(unmarked.drain(..));
+    let gone = gone.chain(unmarked.iter().copied());
     // What was disabled for a while may have a mark that has not changed.
     marked.extend(&candidates.new);
+    marked.extend(&*unmarked);
     marks.begin_frame(gone, marked.drain(..), candidates, &mut world.p1());
 }

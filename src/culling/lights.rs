@@ -266,14 +266,7 @@ pub(super) fn cull_lights(
         views.insert(shadow.key, shadow.view);
     }
     let mut visibilities = visibilities.p0();
-    if !marks.has_others() {
-        for entity in turnover.lost.drain(..) {
-            if candidates.record(entity.index_u32()).cameras == 0 {
-                marks.set_back(entity, &mut visibilities);
-            }
-        }
-    }
-    turnover.lost.clear();
+    marks.mark_shadows(turnover.lost.drain(..), candidates, &mut visibilities);
     let appeared = turnover.appeared.drain(..);
     marks.mark(appeared, Record::FOR_CASCADES, candidates, &mut visibilities);
 }

@@ -22,6 +22,9 @@ use super::{
 /// What Bevy would mark.
 pub(super) type ViewVisibilities<'w, 's> = Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
 
+/// To look up an entity takes as long as to pass by so many.
+const LOOK_UP: usize = 16;
+
 /// What is known of the marks.
 #[derive(Debug)]
 pub(super) struct Marks {
@@ -35,7 +38,6 @@ pub(super) struct Marks {
     set_back: Vec<Entity>,
     /// Those who were marked by others.
     foreign: Vec<Entity>,
-    has_others: bool,
     /// Those whom views see, and somebody has unmarked.
     unmarked: Vec<Entity>,
     was_visible: ViewVisibility,
@@ -49,7 +51,6 @@ impl Default for Marks {
             fresh: Vec::new(),
             set_back: Vec::new(),
             foreign: Vec::new(),
-            has_others: false,
             unmarked: Vec::new(),
             was_visible: was_visible(),
         }
@@ -110,15 +111,7 @@ impl Turnover {
 impl Marks {
     /// Everything is to be found out anew.
     pub fn forget(&mut self) {
-        *self = Self {
-            has_others: self.has_others,
-            ..Self::default()
-        };
-    }
-
-    /// Whether others have been seen to mark what they see.
-    pub fn has_others(&self) -> bool {
-        self.has_others
+        *self = Self::default();
     }
 
     /// Begins a frame: brings what is known up to date with what others have done. `gone` are no candidates any more, or
@@ -161,11 +154,11 @@ impl Marks {
     /// Finds out who has been marked or unmarked by others.
     fn look_at(&mut self, entity: Entity, is_marked: bool, candidates: &Candidates) {
         let number = entity.index_u32();
-        let was_marked = self.lit.contains(number);
-        if is_marked && !was_marked {
-            self.lit.insert(number);
-            self.foreign.push(entity);
-        } else if was_marked && !is_marked {
+        if is_marked {
+            if self.lit.insert(number) {
+                self.foreign.push(entity);
+            }
+        } else if !is_marked {
             self.lit.remove(number);
             if is_seen(entity, candidates) {
                 self.unmarked.push(entity);
@@ -181,6 +174,38 @@ impl Marks {
             *visibility.bypass_change_detection() = self.was_visible;
             self.set_back.push(entity);
         }
+    }
+
+    /// Sets back what shadow maps saw in the last frame and cameras do not see in this one.
+    pub fn set_back_shadows(&mut self, candidates: &Candidates, visibilities: &mut ViewVisibilities) {
+        let was_visible = self.was_visible;
+        let shadows = candidates.in_shadow_maps();
+        let set_back = |number: u32, visibility: &mut ViewVisibility| {
+            if visibility.get() && shadows.contains(number) && !candidates.is_seen_by_cameras(number) {
+                *visibility = was_visible;
+            }
+        };
+        for_each_shadow(candidates, visibilities, set_back);
+    }
+
+    /// Marks what shadow maps see still; `lost` is what none of them sees any more.
+    pub fn mark_shadows(
+        &mut self,
+        lost: impl Iterator<Item = Entity>,
+        candidates: &Candidates,
+        visibilities: &mut ViewVisibilities,
+    ) {
+        let was_visible = self.was_visible;
+        let shadows = candidates.in_shadow_maps();
+        let mark = |number: u32, visibility: &mut ViewVisibility| {
+            if *visibility == was_visible && shadows.contains(number) {
+                *visibility = ViewVisibility::VISIBLE;
+            }
+        };
+        for_each_shadow(candidates, visibilities, mark);
+        // What cameras see is marked; what has been set back, and marked by others since, is theirs.
+        self.set_back
+            .extend(lost.filter(|lost| !candidates.is_seen_by_cameras(lost.index_u32())));
     }
 
     /// Marks what cameras, or then shadow maps, have begun to see, and of what was set back what they see still.
@@ -216,10 +241,11 @@ impl Marks {
 
     fn mark_one(&mut self, entity: Entity, visibilities: &mut ViewVisibilities) {
         if let Ok((_, mut visibility)) = visibilities.get_mut(entity) {
-            if *visibility == ViewVisibility::HIDDEN {
+            visibility.set_visible();
+            // Others may have marked it in this frame.
+            if *visibility != ViewVisibility::VISIBLE {
                 self.fresh.push(entity);
             }
-            visibility.set_visible();
             self.lit.insert(entity.index_u32());
         }
     }
@@ -234,7 +260,6 @@ impl Marks {
             if visibility.get() {
                 if !is_seen(entity, candidates) {
                     self.foreign.push(entity);
-                    self.has_others = true;
                 }
                 self.lit.insert(entity.index_u32());
             } else if *visibility == self.was_visible {
@@ -248,4 +273,27 @@ impl Marks {
 fn is_seen(entity: Entity, candidates: &Candidates) -> bool {
     let record = candidates.record(entity.index_u32());
     record.entity == entity && record.cameras + record.shadow_maps > 0
+}
+
+/// Does something silently with every entity that is seen in a shadow map, and perhaps with others.
+fn for_each_shadow(
+    candidates: &Candidates,
+    visibilities: &mut ViewVisibilities,
+    mut act: impl FnMut(u32, &mut ViewVisibility),
+) {
+    let is_worth_a_sweep = candidates.shadow_map_len() * LOOK_UP > candidates.len();
+    if is_worth_a_sweep && let Ok(tables) = visibilities.contiguous_iter_mut() {
+        for (entities, mut column) in tables {
+            let column = column.bypass_change_detection();
+            for (entity, visibility) in entities.iter().zip(column) {
+                act(entity.index_u32(), visibility);
+            }
+        }
+        return;
+    }
+    for number in candidates.in_shadow_maps().iter() {
+        if let Ok((_, mut visibility)) = visibilities.get_mut(candidates.record(number).entity) {
+            act(number, visibility.bypass_change_detection());
+        }
+    }
 }

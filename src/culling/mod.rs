@@ -20,8 +20,16 @@
 //! # Marks of others
 //!
 //! Systems that mark entities by [`SetViewVisibility`] belong into [`VisibilitySystems::CheckVisibility`], as Bevy has it, and
-//! are found out. One thing differs: until then, Bevy has `ViewVisibility` tell of nothing that it is visible, and here it
-//! tells of the last frame what is still seen in this one.
+//! are found out by the change ticks that they leave. From [`VisibilitySystems::CheckVisibility`] on every `ViewVisibility` is
+//! as Bevy has it, and has changed when it changes there. Before, where Bevy has it tell of nothing that it is visible, it tells
+//! here of the last frame, except for what no camera sees any more.
+//!
+//! # What it cannot know
+//!
+//! The index is of the time of [`SpatialIndexSystems::Sync`]: whoever moves `GlobalTransform`s or changes `Aabb`s after that
+//! and before [`VisibilitySystems::CheckVisibility`] is seen where they were. While `Sync` is paused, everything is tested one
+//! by one. A component that [disables](bevy::ecs::entity_disabling) entities, other than `Disabled`, is noticed by the number
+//! of those that are left.
 //!
 //! [`SetViewVisibility`]: bevy::camera::visibility::SetViewVisibility
 //! [`VisibleEntities`]: bevy::camera::visibility::VisibleEntities

@@ -4,13 +4,14 @@ use std::ops::ControlFlow;
 
 use bevy::{
     ecs::entity::Entity,
-    math::{Ray3d, Vec3, Vec3A, bounding::Aabb3d},
+    math::{Ray3d, Vec3, Vec3A, bounding::Aabb3d, primitives::ViewFrustum},
 };
 
 use super::SceneQuery;
 use crate::{
     geometry::{
         aabb::union,
+        intersection::Frustum,
         ray::Ray,
         sweep::{AabbSweep, SphereSweep},
     },
@@ -74,6 +75,23 @@ impl SceneQuery<'_, '_> {
     pub fn overlap(&self, region: &impl Region, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
         self.boxes(settings).find_in_region(region, entities);
         entities.sort_unstable();
+    }
+
+    /// All entities whose world box touches a view frustum, such as a camera's, in ascending order, written over
+    /// `entities`.
+    ///
+    /// As exactly as [`overlap`](Self::overlap) by a [`Frustum`](crate::geometry::intersection::Frustum), which this is:
+    /// unlike culling, which passes over edges and the far plane.
+    ///
+    /// ```
+    /// # use bevy::{camera::primitives::Frustum, prelude::*};
+    /// # use bevy_sightline::prelude::*;
+    /// fn in_view(scene: SceneQuery, camera: Single<&Frustum, With<Camera>>, mut seen: Local<Vec<Entity>>) {
+    ///     scene.overlap_frustum(&camera, &SceneQuerySettings::default(), &mut seen);
+    /// }
+    /// ```
+    pub fn overlap_frustum(&self, frustum: &ViewFrustum, settings: &SceneQuerySettings, entities: &mut Vec<Entity>) {
+        self.overlap(&Frustum::from(frustum), settings, entities);
     }
 
     /// The entity whose world box is nearest to a point, no farther off than the maximum distance of the settings; of

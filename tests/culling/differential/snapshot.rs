@@ -11,7 +11,7 @@ use bevy::{
         CascadesVisibleEntities, CubemapVisibleEntities, VisibilitySystems, VisibleEntities, VisibleMeshEntities,
     },
     ecs::entity_disabling::Disabled,
-    light::{SimulationLightSystems, WithLight, cluster::ClusterVisibilityClass},
+    light::{SimulationLightSystems, cluster::ClusterVisibilityClass},
     prelude::*,
 };
 
@@ -27,7 +27,7 @@ pub enum Fact {
     ViewVisibility,
     /// A system in `Update` has seen its `ViewVisibility` change.
     ChangedInUpdate,
-    /// It is a light, and was visible when the cameras were done, and before the lights began.
+    /// It was visible when the cameras were done, and before the lights began.
     SeenByCameras,
     /// A system in `Last` has seen its `ViewVisibility` change.
     ChangedInLast,
@@ -77,9 +77,8 @@ pub fn plugin(app: &mut App) {
         let changed = things.iter().filter(|(_, visibility)| visibility.is_changed());
         notes.0.extend(changed.map(|(thing, _)| (thing, Fact::ChangedInUpdate)));
     };
-    let behind_cameras = |lights: Query<(Entity, &ViewVisibility), (Everybody, WithLight)>,
-                          mut notes: ResMut<Notes>| {
-        let seen = lights.iter().filter(|(_, visibility)| visibility.get());
+    let behind_cameras = |things: Query<(Entity, &ViewVisibility), Everybody>, mut notes: ResMut<Notes>| {
+        let seen = things.iter().filter(|(_, visibility)| visibility.get());
         notes.0.extend(seen.map(|(thing, _)| (thing, Fact::SeenByCameras)));
     };
     let in_last = |things: Query<(Entity, Ref<ViewVisibility>), Everybody>, mut notes: ResMut<Notes>| {
