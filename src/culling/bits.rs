@@ -91,6 +91,10 @@ impl Bits {
         }
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.iter().next().is_none()
+    }
+
     pub fn clear(&mut self) {
         for (block, used) in self.used.iter_mut().enumerate() {
             for word in ones(std::mem::take(used)) {

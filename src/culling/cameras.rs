@@ -78,6 +78,7 @@ pub(super) fn find_visible(
     let sights = Sights {
         index: &index,
         index_is_current: *index_is_current,
+        has_changed: index.is_changed() || !candidates.changed.is_empty(),
         candidates,
         bounds: &bounds,
         layers: &layers,

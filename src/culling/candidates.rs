@@ -17,6 +17,7 @@ use bevy::{
         system::Query,
     },
     light::{DirectionalLight, NotShadowCaster},
+    math::Vec3A,
     mesh::Mesh3d,
     platform::collections::HashMap,
     transform::components::GlobalTransform,
@@ -62,6 +63,8 @@ pub(super) struct Candidates {
 pub(super) struct Pool {
     /// The boxes of the index contain theirs: the tree decides.
     pub in_tree: Bits,
+    /// Of those: the boxes of the index are around no more than theirs, and so have the same centres.
+    pub centered: Bits,
     /// Each is tested by itself.
     pub one_by_one: Bits,
     /// These have nothing to test.
@@ -132,7 +135,7 @@ pub(super) struct Seen {
     has_place: Has<GlobalTransform>,
     has_view_visibility: Has<ViewVisibility>,
     has_layers: Has<RenderLayers>,
-    has_aabb: Has<Aabb>,
+    aabb: Option<&'static Aabb>,
     has_sphere: Has<Sphere>,
     has_mesh: Has<Mesh3d>,
     is_ranged: Has<VisibilityRange>,
@@ -193,13 +196,14 @@ impl Candidates {
 
         let for_cameras = seen.has_place && seen.has_view_visibility;
         let casts_shadow = seen.has_mesh && !seen.casts_no_shadow && !seen.is_directional_light;
-        let has_box = seen.has_aabb && seen.has_place && !seen.is_never_culled;
-        let has_sphere = seen.has_sphere && !seen.has_aabb && !seen.is_never_culled;
-        let is_in_tree = has_box && index.contains(entity) && !index.is_posed(entity);
-        let test = match (has_box, is_in_tree) {
-            (true, true) => Test::InTree,
-            (true, false) => Test::OneByOne,
-            (false, _) => Test::None,
+        let aabb = seen.aabb.filter(|_| seen.has_place && !seen.is_never_culled);
+        let has_sphere = seen.has_sphere && seen.aabb.is_none() && !seen.is_never_culled;
+        let test = match (aabb, index.local_aabb(entity)) {
+            (Some(aabb), Some(local)) => Test::InTree {
+                is_centered: local.min == Vec3A::from(aabb.min()) && local.max == Vec3A::from(aabb.max()),
+            },
+            (Some(_), None) => Test::OneByOne,
+            (None, _) => Test::None,
         };
         let test_of_camera = if has_sphere { Test::OneByOne } else { test };
         self.for_cameras.put(number, for_cameras.then_some(test_of_camera));
@@ -305,14 +309,16 @@ impl Candidates {
 /// How a candidate is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Test {
-    InTree,
+    InTree { is_centered: bool },
     OneByOne,
     None,
 }
 
 impl Pool {
     fn put(&mut self, number: u32, test: Option<Test>) {
-        self.in_tree.set(number, test == Some(Test::InTree));
+        self.in_tree.set(number, matches!(test, Some(Test::InTree { .. })));
+        self.centered
+            .set(number, matches!(test, Some(Test::InTree { is_centered: true })));
         self.one_by_one.set(number, test == Some(Test::OneByOne));
         self.untested.set(number, test == Some(Test::None));
     }

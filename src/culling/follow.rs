@@ -17,6 +17,7 @@ use bevy::{
     },
     light::{DirectionalLight, NotShadowCaster},
     mesh::{Mesh2d, Mesh3d},
+    tasks::{ComputeTaskPool, TaskPool},
     transform::components::GlobalTransform,
 };
 use smallvec::SmallVec;
@@ -26,6 +27,9 @@ use crate::index::{
     PickShape, SimplifiedMesh, SpatialIndex,
     ticks::{Since, added, changed, ones},
 };
+
+/// Fewer entities than this are not worth a task.
+const LEAST_SHARED: usize = 65_536;
 
 /// What the index does not look at, of all that can be seen.
 type Watched = (
@@ -102,16 +106,8 @@ pub(super) struct Changes<'w, 's> {
 }
 
 impl Changes<'_, '_> {
-    /// Finds it, some of it several times.
-    fn find(&mut self, found: &mut Found) {
-        let Found {
-            dirty,
-            marked,
-            unmarked,
-        } = found;
-        dirty.clear();
-        marked.clear();
-        unmarked.clear();
+    /// Finds what may be seen otherwise than before.
+    fn find_dirty(&self, dirty: &mut Vec<Entity>) {
         match self.watched.contiguous_iter() {
             Ok(tables) => {
                 for (entities, inherited, classes, sphere, range, never_culled, casts_no_shadow, light) in tables {
@@ -139,6 +135,10 @@ impl Changes<'_, '_> {
             }
             Err(_) => dirty.extend(&self.unbounded_changed),
         }
+    }
+
+    /// Finds those whose marks have changed.
+    fn find_marked(&self, marked: &mut Vec<Entity>) {
         match self.marks.contiguous_iter() {
             Ok(tables) => {
                 for (entities, visibility) in tables {
@@ -147,6 +147,29 @@ impl Changes<'_, '_> {
                 }
             }
             Err(_) => marked.extend(&self.marks_changed),
+        }
+    }
+
+    /// Finds all of it, some of it several times.
+    fn find(&mut self, found: &mut Found) {
+        let Found {
+            dirty,
+            marked,
+            unmarked,
+        } = found;
+        dirty.clear();
+        marked.clear();
+        unmarked.clear();
+        let pool = ComputeTaskPool::get_or_init(TaskPool::default);
+        let this = &*self;
+        if this.marks.iter().len() < LEAST_SHARED || pool.thread_num() <= 1 {
+            this.find_dirty(dirty);
+            this.find_marked(marked);
+        } else {
+            pool.scope(|scope| {
+                scope.spawn(async { this.find_dirty(dirty) });
+                scope.spawn(async { this.find_marked(marked) });
+            });
         }
         unmarked.extend(self.view_visibility.read().chain(&self.newly_left_to_gpu));
         dirty.extend(&*unmarked);

@@ -67,6 +67,17 @@ impl ViewShape {
         }
     }
 
+    /// Whether the same is seen of all that stays where it is.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let planes = |shape: &Self| shape.frustum.half_spaces.map(|half_space| half_space.normal_d());
+        let kinds = match (&self.kind, &other.kind) {
+            (ViewKind::Camera, ViewKind::Camera) | (ViewKind::Cascade, ViewKind::Cascade) => true,
+            (ViewKind::Local(one), ViewKind::Local(other)) => one.center == other.center && one.radius == other.radius,
+            _ => false,
+        };
+        kinds && planes(self) == planes(other)
+    }
+
     /// Whether a camera sees an entity that has a sphere and no box.
     pub fn sees_sphere(&self, sphere: &Sphere) -> bool {
         self.frustum.intersects_sphere(sphere, false)

@@ -66,6 +66,8 @@ pub(super) struct View {
 struct Found {
     in_tree: Vec<Bits>,
     one_by_one: Bits,
+    /// What the tree was asked for: as long as nothing changes, that is the answer.
+    question: Option<(ViewShape, RenderLayers)>,
 }
 
 /// How an entity has changed for a view.
@@ -94,6 +96,8 @@ pub(super) struct Sights<'a, 'w, 's> {
     pub index: &'a SpatialIndex,
     /// Whether the index is of this frame.
     pub index_is_current: bool,
+    /// Whether anything has moved, or changed otherwise.
+    pub has_changed: bool,
     pub candidates: &'a Candidates,
     pub bounds: &'a Bounds<'w, 's>,
     pub layers: &'a Layers<'w, 's>,
@@ -132,10 +136,14 @@ pub(super) fn look(
                 continue;
             }
             let open = request.begin(sights, parts * PARTS_PER_THREAD, found);
-            let Found { in_tree, one_by_one } = found;
+            let Found {
+                in_tree, one_by_one, ..
+            } = found;
             for (part, found) in in_tree.iter_mut().skip(1).enumerate() {
                 let mine: Vec<Open> = open.iter().copied().skip(part).step_by(parts).collect();
-                scope.spawn(async move { request.walk(sights, &mine, found) });
+                if !mine.is_empty() {
+                    scope.spawn(async move { request.walk(sights, &mine, found) });
+                }
             }
             scope.spawn(async move { request.test_one_by_one(sights, one_by_one) });
         }
@@ -169,11 +177,17 @@ impl Request {
 
     /// Forgets what was found, and opens the tree, finding what is at its top: into so many parts, or a few more.
     fn begin(&self, sights: Sights, parts: usize, found: &mut Found) -> Vec<Open> {
-        found.in_tree.iter_mut().for_each(Bits::clear);
         found.one_by_one.clear();
+        let known = found.question.as_ref().filter(|_| !sights.has_changed);
+        if known.is_some_and(|(shape, layers)| shape.is_same(&self.shape) && *layers == self.layers) {
+            return Vec::new();
+        }
+        found.in_tree.iter_mut().for_each(Bits::clear);
+        found.question = None;
         if self.sees_everywhere || !sights.index_is_current {
             return Vec::new();
         }
+        found.question = Some((self.shape.clone(), self.layers.clone()));
         let tasks = 1 + if parts > 1 { parts / PARTS_PER_THREAD } else { 0 };
         found.in_tree.resize_with(tasks, Bits::default);
         let mut finder = Finder {
@@ -250,10 +264,12 @@ impl Sides<Key> for Finder<'_, '_, '_> {
     }
 
     #[inline]
-    fn across(&mut self, key: Key, _: &Aabb3d) {
+    fn across(&mut self, key: Key, aabb: &Aabb3d) {
         let number = key.entity.index_u32();
         let pool = self.request.pool(self.sights.candidates);
-        if pool.in_tree.contains(number) && self.request.sees(self.sights, key.entity) {
+        // A sphere or a box whose centre is inside is not outside, whatever its size: nothing has to be looked up.
+        let is_in = pool.centered.contains(number) && self.request.shape.half_spaces.surely_have_center(aabb);
+        if is_in || pool.in_tree.contains(number) && self.request.sees(self.sights, key.entity) {
             self.found.insert(number);
         }
     }

@@ -32,7 +32,7 @@ impl Since {
 
     /// [`Tick::is_newer_than`].
     #[inline(always)]
-    fn is_newer(self, tick: Tick) -> bool {
+    pub fn is_newer(self, tick: Tick) -> bool {
         self.this_run.wrapping_sub(tick.get()) < self.age
     }
 

@@ -217,6 +217,12 @@ impl SpatialIndex {
         (tenant.entity == entity).then_some(slot)
     }
 
+    /// The box in the local space of an entity whose image is its world box, if it is in the index and not posed.
+    pub(crate) fn local_aabb(&self, entity: Entity) -> Option<Aabb3d> {
+        let tenant = &self.tenants[self.slot(entity)? as usize];
+        (!tenant.is_posed).then_some(tenant.local)
+    }
+
     /// Notes where an entity has moved to. Changes nothing yet, so that this may go on in many places at once.
     ///
     /// False, and nothing is noted, if that takes more than to move it: it is not in the index, or its world box would

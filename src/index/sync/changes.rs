@@ -25,7 +25,7 @@ use crate::index::{
     BoundedBy, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
     pick_shape::DerivedShape,
     spatial_index::Moves,
-    ticks::{Since, changed, ones},
+    ticks::{Since, added, changed, ones},
 };
 
 /// Fewer entities than this are not worth a task.
@@ -148,7 +148,8 @@ struct Table<'w> {
     /// When each component was changed, of those that the entities have: first the place, last what is neither that nor
     /// the `Aabb`.
     ticks: SmallVec<[&'w [Tick]; 13]>,
-    has_aabb: bool,
+    /// When each `Aabb` was added, if the entities have any.
+    bounded: Option<&'w [Tick]>,
 }
 
 impl<'w> Table<'w> {
@@ -185,6 +186,7 @@ impl<'w> Table<'w> {
             Option<ContiguousRef<'w, NoSpatialIndex>>,
         ),
     ) -> Self {
+        let bounded = added(aabb.clone());
         let ticks = [
             Some(transforms.changed_ticks_slice()),
             changed(aabb),
@@ -203,7 +205,7 @@ impl<'w> Table<'w> {
         Self {
             entities,
             transforms,
-            has_aabb: ticks[1].is_some(),
+            bounded,
             ticks: ticks.into_iter().flatten().collect(),
         }
     }
@@ -214,14 +216,22 @@ impl<'w> Table<'w> {
         for block in since.blocks_with_newer(&self.ticks, rows) {
             let mut newer = self.ticks.iter().map(|ticks| since.newer(&ticks[block.clone()]));
             let moved = newer.next().unwrap_or(0);
-            let resized = if self.has_aabb { newer.next().unwrap_or(0) } else { 0 };
+            let resized = if self.bounded.is_some() {
+                newer.next().unwrap_or(0)
+            } else {
+                0
+            };
             let dirty = newer.fold(0, |dirty, newer| dirty | newer);
             let entities = &self.entities[block.clone()];
             found.dirty.extend(ones(dirty).map(|row| entities[row as usize]));
             for row in ones((moved | resized) & !dirty) {
                 let entity = entities[row as usize];
                 // Bevy gives a new box to what is skinned in each frame: ours is that of the pose.
-                let is_resized = resized >> row & 1 == 1 && !index.is_posed(entity);
+                let is_bounded = || {
+                    self.bounded
+                        .is_some_and(|ticks| since.is_newer(ticks[block.start + row as usize]))
+                };
+                let is_resized = resized >> row & 1 == 1 && (!index.is_posed(entity) || is_bounded());
                 if is_resized
                     || !index.note_move(
                         entity,

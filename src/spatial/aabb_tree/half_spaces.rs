@@ -96,6 +96,18 @@ impl HalfSpaces {
         self
     }
 
+    /// Whether the centre of a box is inside of all half-spaces by more than rounding, where no ball decides too: then so
+    /// is some point of everything that has the same centre.
+    pub fn surely_have_center(&self, aabb: &Aabb3d) -> bool {
+        let center = (aabb.min + aabb.max) * 0.5;
+        let magnitude = aabb.min.abs().max(aabb.max.abs());
+        self.ball.is_none()
+            && self.planes.iter().all(|plane| {
+                let rounding = 2.0 * tolerance::REGION_PLANE * (plane.normal.abs().dot(magnitude) + plane.magnitude);
+                plane.normal.dot(center) + plane.d > rounding
+            })
+    }
+
     /// The bits of all that cuts.
     fn all(&self) -> u8 {
         !(!0u8 << self.planes.len()) | u8::from(self.ball.is_some()) << Self::BALL
