@@ -17,7 +17,6 @@ use bevy::{
         system::Query,
     },
     light::{DirectionalLight, NotShadowCaster},
-    math::Vec3A,
     mesh::Mesh3d,
     platform::collections::HashMap,
     transform::components::GlobalTransform,
@@ -200,7 +199,7 @@ impl Candidates {
         let has_sphere = seen.has_sphere && seen.aabb.is_none() && !seen.is_never_culled;
         let test = match (aabb, index.local_aabb(entity)) {
             (Some(aabb), Some(local)) => Test::InTree {
-                is_centered: local.min == Vec3A::from(aabb.min()) && local.max == Vec3A::from(aabb.max()),
+                is_centered: local.min == aabb.min() && local.max == aabb.max(),
             },
             (Some(_), None) => Test::OneByOne,
             (None, _) => Test::None,

@@ -11,6 +11,7 @@ use bevy::{
     ecs::{
         change_detection::{Ref, Res, ResMut, Tick},
         entity::Entity,
+        entity_disabling::Disabled,
         lifecycle::RemovedComponents,
         query::{Added, Changed, Or, With, Without},
         system::{Local, ParamSet, Query, SystemParam},
@@ -102,6 +103,7 @@ pub(super) struct Changes<'w, 's> {
     marks: Query<'w, 's, (Entity, Ref<'static, ViewVisibility>)>,
     marks_changed: Query<'w, 's, Entity, Changed<ViewVisibility>>,
     left_to_gpu: RemovedComponents<'w, 's, NoCpuCulling>,
+    disabled: RemovedComponents<'w, 's, Disabled>,
     newly_left_to_gpu: Query<'w, 's, Entity, Added<NoCpuCulling>>,
 }
 
@@ -179,9 +181,12 @@ impl Changes<'_, '_> {
                 .chain(self.range.read())
                 .chain(self.never_culled.read())
                 .chain(self.casts_no_shadow.read())
-                .chain(self.directional_light.read())
-                .chain(self.left_to_gpu.read()),
+                .chain(self.directional_light.read()),
         );
+        // Their marks come back as they were left.
+        let back = dirty.len();
+        dirty.extend(self.left_to_gpu.read().chain(self.disabled.read()));
+        marked.extend(&dirty[back..]);
     }
 }
 
