@@ -7,8 +7,8 @@
 //! ```text
 //!      sprite                    ECS plugins
 //!         |
-//!      picking
-//!         |
+//!      picking  selection        what is in a rectangle or a lasso on the screen
+//!         |    /
 //!       index      SpatialIndexPlugin, SceneQuery
 //!         |   \
 //!         |   mesh               a bounding volume hierarchy over the triangles of each mesh
@@ -37,6 +37,7 @@ pub mod index;
 pub mod mesh;
 #[cfg(feature = "picking")]
 pub mod picking;
+pub mod selection;
 pub mod spatial;
 #[cfg(feature = "sprite")]
 pub mod sprite;
@@ -61,6 +62,7 @@ pub mod prelude {
             RayHit, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
             SpatialIndexSystems, SweepHit,
         },
+        selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},
     };
 
     #[cfg(feature = "picking")]

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
-const FORBIDDEN: [(&str, &[&str]); 5] = [
+const FORBIDDEN: [(&str, &[&str]); 6] = [
     (
         "geometry",
         &[
@@ -16,6 +16,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
             "crate::mesh",
             "crate::index",
             "crate::picking",
+            "crate::selection",
             "crate::sprite",
         ],
     ),
@@ -30,6 +31,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
             "crate::mesh",
             "crate::index",
             "crate::picking",
+            "crate::selection",
             "crate::sprite",
         ],
     ),
@@ -44,11 +46,13 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
             "Res<",
             "crate::index",
             "crate::picking",
+            "crate::selection",
             "crate::sprite",
         ],
     ),
-    ("index", &["crate::picking", "crate::sprite"]),
-    ("picking", &["crate::sprite"]),
+    ("index", &["crate::picking", "crate::selection", "crate::sprite"]),
+    ("picking", &["crate::selection", "crate::sprite"]),
+    ("selection", &["crate::picking", "crate::sprite"]),
 ];
 
 #[test]
