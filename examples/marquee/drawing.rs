@@ -4,7 +4,7 @@ use bevy::{color::palettes::tailwind::SKY_300, prelude::*};
 use bevy_sightline::prelude::*;
 
 use crate::{
-    marquee::{Choice, Marquee, Selection},
+    marquee::{self, Choice, Marquee, Selection},
     panel::panel,
 };
 
@@ -27,7 +27,7 @@ pub fn plugin(app: &mut App) {
         },
     )
     .add_systems(Startup, spawn_text)
-    .add_systems(Update, tell)
+    .add_systems(Update, tell.after(marquee::select))
     .add_systems(PostUpdate, draw_outline.after(SpatialIndexSystems::Sync));
 }
 

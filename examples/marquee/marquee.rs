@@ -124,7 +124,7 @@ fn mix_highlight(mut commands: Commands, mut materials: ResMut<Assets<StandardMa
 }
 
 /// Selects anew while there is something new to select by.
-fn select(
+pub fn select(
     scene: SceneQuery,
     view: Single<(&Camera, &GlobalTransform)>,
     marquee: Res<Marquee>,
