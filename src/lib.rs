@@ -7,8 +7,8 @@
 //! ```text
 //!      sprite                    ECS plugins
 //!         |
-//!      picking   culling         ViewCullingPlugin: what cameras and lights see
-//!         |     /
+//!      picking  selection  culling    what is on the screen; what cameras and lights see
+//!          \    |    /
 //!       index      SpatialIndexPlugin, SceneQuery
 //!         |   \
 //!         |   mesh               a bounding volume hierarchy over the triangles of each mesh
@@ -41,6 +41,7 @@ pub mod index;
 pub mod mesh;
 #[cfg(feature = "picking")]
 pub mod picking;
+pub mod selection;
 pub mod spatial;
 #[cfg(feature = "sprite")]
 pub mod sprite;
@@ -65,6 +66,7 @@ pub mod prelude {
             RayHit, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
             SpatialIndexSystems, SweepHit,
         },
+        selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},
     };
 
     #[cfg(feature = "picking")]

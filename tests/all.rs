@@ -19,6 +19,7 @@ mod properties;
 mod query_modes;
 mod regressions;
 mod scene_query;
+mod selection;
 mod skinned_picking;
 mod spatial;
 mod sync;

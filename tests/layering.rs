@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
-const FORBIDDEN: [(&str, &[&str]); 6] = [
+const FORBIDDEN: [(&str, &[&str]); 7] = [
     (
         "geometry",
         &[
@@ -17,6 +17,7 @@ const FORBIDDEN: [(&str, &[&str]); 6] = [
             "crate::index",
             "crate::culling",
             "crate::picking",
+            "crate::selection",
             "crate::sprite",
         ],
     ),
@@ -32,6 +33,7 @@ const FORBIDDEN: [(&str, &[&str]); 6] = [
             "crate::index",
             "crate::culling",
             "crate::picking",
+            "crate::selection",
             "crate::sprite",
         ],
     ),
@@ -47,12 +49,17 @@ const FORBIDDEN: [(&str, &[&str]); 6] = [
             "crate::index",
             "crate::culling",
             "crate::picking",
+            "crate::selection",
             "crate::sprite",
         ],
     ),
-    ("index", &["crate::culling", "crate::picking", "crate::sprite"]),
-    ("culling", &["crate::picking", "crate::sprite"]),
-    ("picking", &["crate::culling", "crate::sprite"]),
+    (
+        "index",
+        &["crate::culling", "crate::picking", "crate::selection", "crate::sprite"],
+    ),
+    ("culling", &["crate::picking", "crate::selection", "crate::sprite"]),
+    ("picking", &["crate::culling", "crate::selection", "crate::sprite"]),
+    ("selection", &["crate::culling", "crate::picking", "crate::sprite"]),
 ];
 
 #[test]

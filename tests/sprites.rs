@@ -15,3 +15,5 @@ mod order;
 mod picking;
 #[path = "sprites/scene.rs"]
 mod scene;
+#[path = "sprites/selection.rs"]
+mod selection;

@@ -1,7 +1,11 @@
 //! The index alone, as a server has it: runs with and without the default features.
 
 use bevy::{
-    camera::CameraPlugin, ecs::system::RunSystemOnce, image::ImagePlugin, mesh::MeshPlugin, prelude::*,
+    camera::{CameraPlugin, CameraProjection, ComputedCameraValues, RenderTargetInfo},
+    ecs::system::RunSystemOnce,
+    image::ImagePlugin,
+    mesh::MeshPlugin,
+    prelude::*,
     window::WindowPlugin,
 };
 use bevy_sightline::{
@@ -74,4 +78,37 @@ fn back_faces_are_hit_where_the_entity_says_so() {
     assert_eq!(hit(&mut app).map(|hit| hit.distance), Some(10.0));
     app.world_mut().entity_mut(entity).remove::<RayCastBackfaces>();
     assert_eq!(hit(&mut app), None);
+}
+
+#[test]
+fn a_server_selects_what_is_on_the_screen_of_a_client() {
+    let mut app = server();
+    let cube = add(&mut app, Cuboid::default());
+    let in_the_middle = app.world_mut().spawn(Mesh3d(cube.clone())).id();
+    app.world_mut()
+        .spawn((Mesh3d(cube), Transform::from_xyz(2.0, 0.0, 0.0)));
+    app.update();
+    let camera = Camera {
+        computed: ComputedCameraValues {
+            clip_from_view: PerspectiveProjection::default().get_clip_from_view(),
+            target_info: Some(RenderTargetInfo {
+                physical_size: UVec2::splat(100),
+                scale_factor: 1.0,
+            }),
+            ..default()
+        },
+        ..default()
+    };
+    let select = move |scene: SceneQuery| {
+        let (eye, middle) = (
+            GlobalTransform::from_xyz(0.0, 0.0, 10.0),
+            ScreenRegion::point(Vec2::splat(50.0)),
+        );
+        let (selection, settings) = (SelectionSettings::default(), SceneQuerySettings::default());
+        let mut found = Vec::new();
+        scene.select_on_screen(&camera, &eye, &middle, &selection, &settings, &mut found);
+        found
+    };
+    let found = app.world_mut().run_system_once(select).expect("the plugin is there");
+    assert_eq!(found, [in_the_middle]);
 }

@@ -18,6 +18,12 @@ pub trait Support {
     fn support_point(&self, direction: DVec3) -> DVec3;
 }
 
+impl<S: Support + ?Sized> Support for &S {
+    fn support_point(&self, direction: DVec3) -> DVec3 {
+        (**self).support_point(direction)
+    }
+}
+
 /// The point itself.
 impl Support for DVec3 {
     fn support_point(&self, _direction: DVec3) -> DVec3 {

@@ -123,3 +123,9 @@ pub const SWEEP_REACH: f32 = f32::EPSILON;
 
 /// Distances below this may have a square that is rounded to zero, or to that of another: √2⁻¹⁴⁹, rounded up.
 pub const SQUARE_UNDERFLOW: f32 = 1e-22;
+
+/// How close to each other two things on the screen count as touching, in logical pixels: a billionth of one.
+///
+/// Far below what anybody can point at, and a thousand times what double precision leaves uncertain of a place on a screen
+/// of some thousand pixels.
+pub const SCREEN_CONTACT: f64 = 1e-9;

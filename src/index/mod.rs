@@ -72,6 +72,7 @@ pub use meshes::{MeshBvhs, MeshStatus};
 pub(crate) use pick_shape::DerivedShape;
 pub use pick_shape::PickShape;
 pub use pose::{PosedMeshes, PosingStats};
+pub(crate) use scene_query::{Candidate, CandidateSurface, CandidateTriangles};
 pub use scene_query::{MeshContact, SceneQuery, SweepHit};
 pub use settings::{MeshSettings, QueryVisibility, SceneQuerySettings, SpatialIndexSettings};
 pub(crate) use spatial_index::Key;

@@ -411,6 +411,53 @@ where
     }
 }
 
+/// How much of a box is in a region whose own test is dear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// Nothing, for certain.
+    None,
+    /// Anything, for all that is known.
+    Some,
+    /// All, for certain.
+    All,
+}
+
+/// What a [descent](descend) does about a child.
+pub(crate) enum Descent {
+    /// Goes on, and down if the child is a node.
+    Enter,
+    /// Goes on without what is below.
+    Skip,
+    /// Ends.
+    Stop,
+}
+
+/// Goes down a hierarchy, one box at a time, as `visit` says of each child that has a bit of `mask`: for regions that
+/// eight lanes at once know nothing of.
+pub(crate) fn descend(
+    nodes: &[WideNode],
+    root: NodeIndex,
+    mask: u32,
+    mut visit: impl FnMut(&Aabb3d, Child) -> Descent,
+) {
+    let mut stack: SmallVec<[NodeIndex; 64]> = SmallVec::new();
+    stack.push(root);
+    while let Some(node) = stack.pop() {
+        let node = &nodes[node as usize];
+        for lane in (0..LANES).filter(|&lane| node.masks[lane] & mask != 0) {
+            let child = node.child(lane);
+            match (visit(&node.aabb(lane), child), child) {
+                (Descent::Enter, Child::Node(child)) => {
+                    prefetch(&nodes[child as usize]);
+                    stack.push(child);
+                }
+                (Descent::Enter | Descent::Skip, _) => {}
+                (Descent::Stop, _) => return,
+            }
+        }
+    }
+}
+
 /// Visits the leaves below a node that have a bit of `mask`.
 pub(crate) fn visit_leaves(
     nodes: &[WideNode],

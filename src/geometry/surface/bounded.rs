@@ -1,10 +1,13 @@
 //! Surfaces in bounding volumes.
 
+use std::ops::ControlFlow;
+
 use bevy::math::bounding::Aabb3d;
 
 use super::{Surface, SurfaceHit};
 use crate::geometry::{
     ray::{Ray, triangle::Backfaces},
+    support::Support,
     volume::Volume,
 };
 
@@ -68,5 +71,9 @@ impl<V: Volume + Send + Sync, S: Surface> Surface for BoundedSurface<V, S> {
     #[inline]
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         self.volume.ray_intersection_at(ray).is_some() && self.surface.any_hit(ray, backfaces)
+    }
+
+    fn visit_hulls(&self, visit: &mut dyn FnMut(&dyn Support) -> ControlFlow<()>) -> ControlFlow<()> {
+        self.surface.visit_hulls(visit)
     }
 }

@@ -10,6 +10,7 @@ use super::{
     Surface, SurfaceHit,
     chart::{Chart, Coordinate},
     outline::{Edge, FlatLine, Outline},
+    own_hull,
     solid::enclosing_box,
     span::{Crossing, Line, Span, slab_span},
 };
@@ -55,6 +56,8 @@ impl<P: Primitive2d + Outline> Surface for Extrusion<P> {
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         self.first_crossing(ray, backfaces).is_some()
     }
+
+    own_hull!();
 }
 
 #[derive(Clone, Copy)]

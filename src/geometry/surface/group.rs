@@ -1,11 +1,14 @@
 //! Groups of surfaces.
 
+use std::ops::ControlFlow;
+
 use bevy::math::bounding::Aabb3d;
 
 use super::{Surface, SurfaceHit};
 use crate::geometry::{
     aabb,
     ray::{Ray, triangle::Backfaces},
+    support::Support,
 };
 
 /// Several surfaces, in one space, that are hit as one. It keeps a box around them all, and tests that first.
@@ -79,6 +82,10 @@ impl Surface for SurfaceGroup {
 
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         self.may_hit(ray) && self.members.iter().any(|member| member.any_hit(ray, backfaces))
+    }
+
+    fn visit_hulls(&self, visit: &mut dyn FnMut(&dyn Support) -> ControlFlow<()>) -> ControlFlow<()> {
+        self.members.iter().try_for_each(|member| member.visit_hulls(visit))
     }
 }
 

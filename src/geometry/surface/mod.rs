@@ -45,13 +45,16 @@ mod torus;
 mod triangle;
 mod volume;
 
-use std::sync::Arc;
+use std::{ops::ControlFlow, sync::Arc};
 
-use bevy::math::{Vec2, Vec3, bounding::Aabb3d};
+use bevy::math::{DVec3, Vec2, Vec3, bounding::Aabb3d};
 
 use self::chart::Chart;
 pub use self::{bounded::BoundedSurface, group::SurfaceGroup, volume::VolumeSurface};
-use super::ray::{Ray, triangle::Backfaces};
+use super::{
+    ray::{Ray, triangle::Backfaces},
+    support::Support,
+};
 
 /// Something that a ray can hit.
 pub trait Surface: Send + Sync {
@@ -82,6 +85,49 @@ pub trait Surface: Send + Sync {
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         self.closest_hit(ray, backfaces).is_some()
     }
+
+    /// Visits convex shapes that contain the surface together, as tightly as they can, each of them touching it: for
+    /// questions that no ray answers, as what is selected on the screen. A solid is convex itself, or has a convex hull; a
+    /// group has the shapes of its members. By default the [box](Surface::aabb), if there is one.
+    fn visit_hulls(&self, visit: &mut dyn FnMut(&dyn Support) -> ControlFlow<()>) -> ControlFlow<()> {
+        self.aabb().map_or(ControlFlow::Continue(()), |aabb| visit(&aabb))
+    }
+}
+
+/// Implements [`Surface::visit_hulls`] for a primitive that is its own hull if its sizes are in order.
+macro_rules! own_hull {
+    () => {
+        fn visit_hulls(
+            &self,
+            visit: &mut dyn FnMut(&dyn $crate::geometry::support::Support) -> std::ops::ControlFlow<()>,
+        ) -> std::ops::ControlFlow<()> {
+            $crate::geometry::surface::visit_own_hull(self, visit)
+        }
+    };
+}
+use own_hull;
+
+/// Visits the surface itself if its farthest points are the ends of its box, and else the box: they are not where a size
+/// is negative, which counts as its absolute value for rays.
+fn visit_own_hull<S: Surface + Support>(
+    surface: &S,
+    visit: &mut dyn FnMut(&dyn Support) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    let Some(aabb) = surface.aabb() else {
+        return ControlFlow::Continue(());
+    };
+    let own = DVec3::AXES.map(|axis| [axis, -axis].map(|axis| axis.dot(surface.support_point(axis))));
+    let (min, max) = (aabb.min.to_array(), aabb.max.to_array());
+    let reaches = |(axis, [to, from]): (usize, [f64; 2])| {
+        // The box is rounded outward.
+        let slack = f64::from(2.0 * f32::EPSILON * max[axis].abs().max(min[axis].abs()));
+        to >= f64::from(max[axis]) - slack && -from <= f64::from(min[axis]) + slack
+    };
+    if own.into_iter().enumerate().all(reaches) {
+        visit(surface)
+    } else {
+        visit(&aabb)
+    }
 }
 
 /// Implements [`Surface`] for pointers to one.
@@ -108,6 +154,10 @@ macro_rules! surface_behind {
             #[inline]
             fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
                 (**self).any_hit(ray, backfaces)
+            }
+
+            fn visit_hulls(&self, visit: &mut dyn FnMut(&dyn Support) -> ControlFlow<()>) -> ControlFlow<()> {
+                (**self).visit_hulls(visit)
             }
         }
     )*};

@@ -9,6 +9,7 @@ use bevy::math::{
 use super::{
     Surface, SurfaceHit,
     chart::Chart,
+    own_hull,
     solid::enclosing_box,
     span::{Line, parameter_of},
 };
@@ -41,6 +42,8 @@ impl Surface for Plane3d {
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         self.hit(ray, backfaces).is_some()
     }
+
+    own_hull!();
 }
 
 /// Seen from the front where its normal points. The texture lies as on a [`Plane3d`], and repeats at every unit.

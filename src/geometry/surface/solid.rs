@@ -52,6 +52,8 @@ macro_rules! surface_by_solid {
             let line = Line::of(ray, solid.round_size());
             solid.first_crossing(&line, ray, backfaces).is_some()
         }
+
+        $crate::geometry::surface::own_hull!();
     };
 }
 pub(super) use surface_by_solid;

@@ -9,6 +9,7 @@ use bevy::math::{
 use super::{
     Surface, SurfaceHit,
     chart::Chart,
+    own_hull,
     solid::enclosing_box,
     span::{Crossing, Line, Span, half_space_span, parameter_of},
 };
@@ -51,6 +52,8 @@ impl Surface for Triangle3d {
         let per_speed = (speed * length).recip() * length;
         parameter_of(ray, normal.dot(triangle[0] - line.origin) * per_speed).is_some()
     }
+
+    own_hull!();
 }
 
 /// The weights of the vertices at the point where the line of the ray meets the triangle, times the same factor: the
@@ -105,6 +108,8 @@ impl Surface for Tetrahedron {
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         faces(self).is_some_and(|faces| first_crossing(&faces, ray, backfaces).is_some())
     }
+
+    own_hull!();
 }
 
 /// The faces in the order of [`Tetrahedron::faces`], counter-clockwise as seen from outside; `None` if it is flat.

@@ -1,5 +1,7 @@
 //! Bounding volumes that are hit themselves.
 
+use std::ops::ControlFlow;
+
 use bevy::math::{
     DMat3, DVec3, Vec3,
     bounding::{Aabb3d, BoundingSphere},
@@ -17,6 +19,7 @@ use crate::geometry::{
     convex_hull::{ConvexHull, HullPlane},
     obb::Obb,
     ray::{Ray, triangle::Backfaces},
+    support::Support,
     volume::{AnyVolume, Volume},
 };
 
@@ -55,6 +58,15 @@ impl Surface for VolumeSurface {
             }
             AnyVolume::Obb(obb) => obb_hit(obb, ray, backfaces),
             AnyVolume::Hull(hull) => hull_hit(hull, ray, backfaces),
+        }
+    }
+
+    fn visit_hulls(&self, visit: &mut dyn FnMut(&dyn Support) -> ControlFlow<()>) -> ControlFlow<()> {
+        match &self.0 {
+            AnyVolume::Sphere(sphere) => visit(sphere),
+            AnyVolume::Aabb(aabb) => visit(aabb),
+            AnyVolume::Obb(obb) => visit(obb),
+            AnyVolume::Hull(hull) => visit(hull),
         }
     }
 }

@@ -1,10 +1,12 @@
 //! The system parameter through which a game asks the index.
 
 mod boxes;
+mod candidates;
 mod mesh_contacts;
 mod rays;
 
 pub use boxes::SweepHit;
+pub(crate) use candidates::{Candidate, CandidateSurface, CandidateTriangles};
 pub use mesh_contacts::MeshContact;
 
 use bevy::{

@@ -4,14 +4,15 @@ mod pack;
 mod rays;
 mod refit;
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
-use bevy::math::bounding::Aabb3d;
+use bevy::math::{bounding::Aabb3d, primitives::Triangle3d};
 
 use super::triangles::TriangleMesh;
 use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
+        support::Support,
         surface::{Surface, SurfaceHit},
     },
     spatial::{build::sah_cost, simd::LANES, wide::WideNode},
@@ -114,5 +115,10 @@ impl Surface for MeshBvh {
 
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
         MeshBvh::any_hit(self, ray, backfaces)
+    }
+
+    /// Visits every triangle, in O(n).
+    fn visit_hulls(&self, visit: &mut dyn FnMut(&dyn Support) -> ControlFlow<()>) -> ControlFlow<()> {
+        (self.mesh.corners_of_all()).try_for_each(|[a, b, c]| visit(&Triangle3d::new(a, b, c)))
     }
 }

@@ -24,6 +24,7 @@
 mod all_hits;
 mod batch;
 mod closest_point;
+mod parts;
 mod sphere_sweep;
 mod touching;
 

@@ -7,7 +7,7 @@ use bevy::math::{Vec3A, bounding::Aabb3d};
 use super::AabbTree;
 use crate::{
     geometry::{aabb::union, ray::Ray},
-    spatial::{Region, SpatialQueries, Sweep, Visit},
+    spatial::{Region, SpatialQueries, Sweep, Visit, traverse::Part},
 };
 
 /// The leaves of an [`AabbTree`] that have a bit of a mask; see [`AabbTree::masked`].
@@ -15,6 +15,14 @@ use crate::{
 pub struct Masked<'a, K> {
     pub(super) tree: &'a AabbTree<K>,
     pub(super) mask: u32,
+}
+
+impl<K: Copy> Masked<'_, K> {
+    /// Visits the keys of all leaves of which `part_of` does not say that nothing is in the region that it knows, with what
+    /// it says of their boxes. What it says of a box that is wholly in the region counts for all that is inside.
+    pub(crate) fn visit_parts(&self, part_of: impl FnMut(&Aabb3d) -> Part, visit: impl FnMut(K, Part)) {
+        self.tree.visit_parts_masked(self.mask, part_of, visit);
+    }
 }
 
 /// [`len`](Self::len) and [`bounds`](Self::bounds) visit every leaf.

@@ -11,7 +11,7 @@ use crate::{
         Region, SpatialQueries, Sweep, Visit,
         lanes::{Entering, Growing},
         region::limit_squared,
-        traverse::{self, Found},
+        traverse::{self, Descent, Found, Part},
         wide::{Child, EVERY_MASK, LANES, NodeIndex, WideNode},
     },
 };
@@ -126,6 +126,33 @@ impl<K: Copy> AabbTree<K> {
         traverse::visit_region(&self.nodes, root, mask, region, |found| match found {
             Found::Leaf(leaf) => visit(self.leaves.key_at(leaf)),
             Found::Whole(node) => self.visit_whole(node, mask, &mut visit),
+        });
+    }
+
+    /// Visits the keys of all leaves with a bit of `mask` of which `part_of` does not say that nothing is in the region,
+    /// with what it says of their boxes.
+    ///
+    /// `part_of` must say that all of a box is in the region only where it would say so of every box inside.
+    pub(super) fn visit_parts_masked(
+        &self,
+        mask: u32,
+        mut part_of: impl FnMut(&Aabb3d) -> Part,
+        mut visit: impl FnMut(K, Part),
+    ) {
+        let Some(root) = self.root else { return };
+        traverse::descend(&self.nodes, root, mask, |aabb, child| {
+            match (part_of(aabb), child) {
+                (Part::None, _) => return Descent::Skip,
+                (part, Child::Leaf(leaf)) => visit(self.leaves.key_at(leaf), part),
+                (Part::Some, Child::Node(_)) => return Descent::Enter,
+                (Part::All, Child::Node(node)) => {
+                    let _ = self.visit_whole(node, mask, &mut |key| {
+                        visit(key, Part::All);
+                        ControlFlow::Continue(())
+                    });
+                }
+            }
+            Descent::Skip
         });
     }
 

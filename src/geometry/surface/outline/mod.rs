@@ -12,9 +12,10 @@ use super::{
     chart::Coordinate,
     span::{Quadratic, Span, Spans, half_space_span},
 };
+use crate::geometry::primitive_bounds::Support2d;
 
 /// A flat shape whose outline is made of numbered pieces.
-pub trait Outline: Send + Sync {
+pub trait Outline: Support2d + Send + Sync {
     /// The corners of the smallest box around the shape.
     fn bounds(&self) -> (DVec2, DVec2);
 

@@ -9,14 +9,17 @@ use bevy::math::{
 use smallvec::SmallVec;
 
 use super::{Edge, FlatLine, Outline, bounds_of, centered};
-use crate::geometry::surface::{
-    chart::Coordinate,
-    span::{Span, Spans},
-    triangle::triangle_chart,
+use crate::geometry::{
+    primitive_bounds::Support2d,
+    surface::{
+        chart::Coordinate,
+        span::{Span, Spans},
+        triangle::triangle_chart,
+    },
 };
 
 /// A convex polygon.
-trait Polygonal {
+trait Polygonal: Support2d {
     /// Counter-clockwise.
     fn vertices(&self) -> SmallVec<[DVec2; 8]>;
 

@@ -1,0 +1,160 @@
+//! Drawing a box or a lasso with the mouse, and selecting what it touches.
+
+use std::time::Instant;
+
+use bevy::{color::palettes::tailwind::AMBER_400, prelude::*, window::PrimaryWindow};
+use bevy_sightline::prelude::*;
+
+use crate::scenery::{Ground, Models};
+
+/// How far the mouse moves, in pixels, before a lasso gets another corner.
+const STEP: f32 = 3.0;
+
+/// What is being drawn, or was last.
+#[derive(Resource, Default)]
+pub struct Marquee {
+    /// Two opposite corners, or of a lasso all.
+    places: Vec<Vec2>,
+    is_lasso: bool,
+    pub is_drawing: bool,
+}
+
+/// How things are selected.
+#[derive(Resource, Default)]
+pub struct Choice(pub SelectionSettings);
+
+/// What is selected, in ascending order, and how long it took to find that.
+#[derive(Resource, Default)]
+pub struct Selection {
+    pub entities: Vec<Entity>,
+    pub micros: f64,
+}
+
+impl Marquee {
+    fn begin(&mut self, place: Vec2, is_lasso: bool) {
+        self.places.clear();
+        self.places.push(place);
+        (self.is_lasso, self.is_drawing) = (is_lasso, true);
+    }
+
+    fn draw_to(&mut self, place: Vec2) {
+        if !self.is_lasso {
+            self.places.truncate(1);
+            self.places.push(place);
+        } else if self.places.last().is_none_or(|last| last.distance(place) >= STEP) {
+            self.places.push(place);
+        }
+    }
+
+    /// The corners of the outline, in logical pixels.
+    pub fn corners(&self) -> Vec<Vec2> {
+        match self.places[..] {
+            [a, b] if !self.is_lasso => vec![a, Vec2::new(b.x, a.y), b, Vec2::new(a.x, b.y)],
+            _ => self.places.clone(),
+        }
+    }
+
+    fn region(&self) -> Option<ScreenRegion> {
+        match self.places[..] {
+            [a, b] if !self.is_lasso => Some(ScreenRegion::rect(a, b)),
+            _ => ScreenRegion::polygon(&self.places).ok(),
+        }
+    }
+}
+
+pub fn plugin(app: &mut App) {
+    app.init_resource::<Marquee>()
+        .init_resource::<Choice>()
+        .init_resource::<Selection>()
+        .add_systems(Startup, mix_highlight)
+        .add_systems(Update, (draw, choose, select).chain());
+}
+
+fn draw(
+    mouse: Res<ButtonInput<MouseButton>>,
+    keys: Res<ButtonInput<KeyCode>>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut moves: MessageReader<CursorMoved>,
+    mut marquee: ResMut<Marquee>,
+) {
+    // All of them, so that a lasso is as fine as the hand that draws it, whatever the frame rate.
+    let mut places = moves.read().map(|moved| moved.position);
+    if !mouse.pressed(MouseButton::Left) {
+        marquee.is_drawing = false;
+        return;
+    }
+    if !marquee.is_drawing {
+        let Some(place) = places.next().or(window.cursor_position()) else {
+            return;
+        };
+        let is_lasso = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+        marquee.begin(place, is_lasso);
+    }
+    for place in places {
+        marquee.draw_to(place);
+    }
+}
+
+fn choose(keys: Res<ButtonInput<KeyCode>>, mut choice: ResMut<Choice>) {
+    if keys.just_pressed(KeyCode::KeyT) {
+        choice.0.mode = match choice.0.mode {
+            SelectionMode::Touching => SelectionMode::Enclosed,
+            SelectionMode::Enclosed => SelectionMode::Touching,
+        };
+    }
+    if keys.just_pressed(KeyCode::KeyB) {
+        choice.0.precision = match choice.0.precision {
+            SelectionPrecision::Mesh => SelectionPrecision::Bounds,
+            SelectionPrecision::Bounds => SelectionPrecision::Mesh,
+        };
+    }
+}
+
+/// The paint of what is selected.
+#[derive(Resource)]
+struct Highlight(Handle<StandardMaterial>);
+
+fn mix_highlight(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>) {
+    commands.insert_resource(Highlight(materials.add(StandardMaterial {
+        base_color: AMBER_400.into(),
+        emissive: LinearRgba::from(AMBER_400) * 0.5,
+        perceptual_roughness: 0.85,
+        ..default()
+    })));
+}
+
+/// Selects anew while there is something new to select by.
+pub fn select(
+    scene: SceneQuery,
+    view: Single<(&Camera, &GlobalTransform)>,
+    marquee: Res<Marquee>,
+    choice: Res<Choice>,
+    ground: Query<(), With<Ground>>,
+    highlight: Res<Highlight>,
+    models: Res<Models>,
+    mut selection: ResMut<Selection>,
+    mut things: Query<&mut MeshMaterial3d<StandardMaterial>>,
+    mut found: Local<Vec<Entity>>,
+) {
+    let Some(region) = marquee.region() else { return };
+    if !marquee.is_drawing && !choice.is_changed() {
+        return;
+    }
+    let (camera, eye) = *view;
+    let is_thing = |entity| !ground.contains(entity);
+    let settings = SceneQuerySettings::default().filter(&is_thing);
+    let start = Instant::now();
+    scene.select_on_screen(camera, eye, &region, &choice.0, &settings, &mut found);
+    selection.micros = start.elapsed().as_secs_f64() * 1e6;
+
+    let mut paint = |entities: &[Entity], others: &[Entity], paint: &Handle<StandardMaterial>| {
+        for &entity in entities {
+            if let (Err(_), Ok(mut material)) = (others.binary_search(&entity), things.get_mut(entity)) {
+                material.0 = paint.clone();
+            }
+        }
+    };
+    paint(&selection.entities, &found, &models.painted);
+    paint(&found, &selection.entities, &highlight.0);
+    std::mem::swap(&mut selection.entities, &mut found);
+}
