@@ -1,6 +1,7 @@
 //! A bounding volume hierarchy over the triangles of one mesh.
 
 mod pack;
+mod packets;
 mod rays;
 mod refit;
 
