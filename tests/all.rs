@@ -9,6 +9,7 @@ mod geometry;
 mod layering;
 mod mesh;
 mod mesh_assets;
+mod mesh_batches;
 mod mesh_build;
 mod mesh_contacts;
 mod mesh_queries;

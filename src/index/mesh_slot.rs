@@ -11,17 +11,16 @@ use tracing::warn;
 use super::{
     MeshSettings,
     meshes::{Loaded, MeshStatus, Role, Triangles, Volumes},
-    surface::PlacedSurface,
     triangles::TrianglesRef,
 };
 use crate::{
     geometry::{
-        ray::{Ray, triangle::Backfaces},
+        ray::Ray,
         surface::VolumeSurface,
         tolerance,
         volume::{AnyVolume, BoundingKind, Volume},
     },
-    mesh::{MeshDeformer, MeshEdit, TriangleHit, TriangleMesh},
+    mesh::{MeshDeformer, MeshEdit, TriangleMesh},
 };
 
 /// What is known of one mesh asset.
@@ -236,27 +235,8 @@ impl MeshSlot {
         self.progress().is_some() || self.volumes.is_building()
     }
 
-    /// The nearest hit on the mesh at its place in the world, with the parameter of the ray.
-    pub fn closest_hit(
-        &self,
-        placed: &PlacedSurface,
-        bounded_by: BoundingKind,
-        ray: &Ray,
-        backfaces: Backfaces,
-    ) -> Option<TriangleHit> {
-        let misses = |local: &Ray| self.misses(bounded_by, local);
-        self.tested()?.closest_hit(placed, ray, backfaces, misses)
-    }
-
-    /// Whether the ray hits the mesh at its place in the world anywhere.
-    pub fn any_hit(&self, placed: &PlacedSurface, bounded_by: BoundingKind, ray: &Ray, backfaces: Backfaces) -> bool {
-        let misses = |local: &Ray| self.misses(bounded_by, local);
-        self.tested()
-            .is_some_and(|triangles| triangles.any_hit(placed, ray, backfaces, misses))
-    }
-
     /// Whether the ray, in the space of the mesh, misses the volume of that kind, as far as it is built.
-    fn misses(&self, bounded_by: BoundingKind, local: &Ray) -> bool {
+    pub fn misses(&self, bounded_by: BoundingKind, local: &Ray) -> bool {
         let Some(volume) = self.volumes.get(Role::Guard, bounded_by).map(VolumeSurface::volume) else {
             return false;
         };

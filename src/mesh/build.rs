@@ -3,7 +3,7 @@
 use bevy::tasks::{ComputeTaskPool, TaskPool};
 
 use super::{
-    bvh::{LEAF_SIZE, MeshBvh, pack_range},
+    bvh::{LEAF_SIZE, MeshBvh, pack_leaf},
     triangles::TriangleMesh,
 };
 use crate::spatial::{
@@ -89,7 +89,7 @@ impl MeshBvh {
             workers,
             progress,
         };
-        let leaf = |items: &[BuildItem], first: usize, _, _| pack_range(first as u32, items.len() as u32);
+        let leaf = |items: &[BuildItem], first: usize, _, _| pack_leaf(first as u32, items.len() as u32);
         let built = Builder::default().build(&order, &mut items, &mut nodes, leaf, |_, _, _| {});
         built.ok()?;
         let slots: Vec<u32> = items.iter().map(BuildItem::index).collect();

@@ -323,7 +323,8 @@ impl TriangleMesh {
         self.slots().map(|slot| self.fixed.vertices[self.number(slot) as usize])
     }
 
-    fn slot_of(&self, number: u32) -> Option<u32> {
+    /// Where the triangle with this number is kept. The first time in O(n).
+    pub(super) fn slot_of(&self, number: u32) -> Option<u32> {
         let slots = self.slots_by_number.get_or_init(|| {
             let mut slots = vec![NO_SLOT; self.fixed.vertices.len()];
             for slot in self.slots() {

@@ -160,7 +160,7 @@ mod tests {
     use super::*;
     use crate::{
         geometry::aabb::EMPTY,
-        mesh::{TriangleMesh, bvh::pack_range},
+        mesh::{TriangleMesh, bvh::pack_leaf},
         spatial::wide::EVERY_MASK,
     };
 
@@ -181,12 +181,13 @@ mod tests {
     }
 
     fn leaf(first: u32, count: u32) -> Child {
-        Child::Leaf(pack_range(first, count))
+        Child::Leaf(pack_leaf(first, count))
     }
 
     fn hierarchy(nodes: &[WideNode]) -> MeshBvh {
-        let mut bvh = MeshBvh::pack(&mesh(), &[0, 1, 2, 3], nodes, false);
-        bvh.fit_boxes();
+        let mesh = mesh();
+        let mut bvh = MeshBvh::pack(&mesh, &[0, 1, 2, 3], nodes, false);
+        bvh.refit(&mesh.positions());
         bvh
     }
 

@@ -65,7 +65,8 @@ impl<A: Approach> Approach for &A {
 /// grown by a reach if `GROWN`.
 pub(crate) struct Entering<const GROWN: bool> {
     ray: SlabRay,
-    /// The axes along which the ray enters through the maximum, bit by bit.
+    /// The axes along which the ray enters through the maximum, bit by bit: three flags would be taken apart anew at each
+    /// node.
     backward: u32,
     reach: [f32; 3],
 }
@@ -74,7 +75,7 @@ impl Entering<false> {
     pub(crate) fn new(ray: &Ray) -> Self {
         Self {
             ray: slab_ray(ray),
-            backward: backward(ray),
+            backward: ray.backward(),
             reach: [0.0; 3],
         }
     }
@@ -85,16 +86,10 @@ impl Entering<true> {
     pub(crate) fn grown(ray: &Ray, reach: Vec3A) -> Self {
         Self {
             ray: slab_ray(ray),
-            backward: backward(ray),
+            backward: ray.backward(),
             reach: reach.to_array(),
         }
     }
-}
-
-/// Not three flags, which would be taken apart anew at each node.
-fn backward(ray: &Ray) -> u32 {
-    let forward = ray.slab_ray().forward;
-    (0..3).filter(|&axis| !forward[axis]).map(|axis| 1 << axis).sum()
 }
 
 fn slab_ray(ray: &Ray) -> SlabRay {

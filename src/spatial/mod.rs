@@ -136,6 +136,7 @@ pub mod kd_tree;
 pub(crate) mod lanes;
 pub(crate) mod leaves;
 pub mod octree;
+pub(crate) mod packet;
 pub mod query;
 pub mod region;
 pub(crate) mod simd;

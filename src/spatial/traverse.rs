@@ -11,7 +11,7 @@ use super::{
     region::{Outline, OutlineKind},
     simd::{LANES, Simd, Task, dispatch, prefetch},
     sweep::slack_reach,
-    wide::{Child, NodeIndex, PackedChild, WideNode},
+    wide::{Child, EVERY_MASK, NodeIndex, PackedChild, WideNode},
 };
 
 /// What is done with the leaves that a descent comes to. A closure will do where nothing is to be done eight lanes at a
@@ -57,6 +57,27 @@ pub(crate) fn visit_in_order(
         approach,
         visit,
     });
+}
+
+/// The same within a task.
+#[inline(always)]
+pub(crate) fn visit_in_order_with<S: Simd>(
+    simd: S,
+    nodes: &[WideNode],
+    root: NodeIndex,
+    limit: f32,
+    approach: impl Approach,
+    visit: impl VisitLeaf,
+) {
+    InOrder {
+        nodes,
+        root,
+        mask: EVERY_MASK,
+        limit,
+        approach,
+        visit,
+    }
+    .run(simd);
 }
 
 struct InOrder<'a, A, V> {
@@ -152,7 +173,7 @@ impl<A: Approach, V: VisitLeaf> Task for InOrder<'_, A, V> {
 }
 
 /// What is still to be visited, the nearest last.
-struct WaitingStack {
+pub(super) struct WaitingStack {
     top: [Waiting; WaitingStack::ROOM],
     len: usize,
     /// What lies below, from a hierarchy that is deeper than any but an ill one.
@@ -163,7 +184,7 @@ impl WaitingStack {
     const ROOM: usize = 96;
 
     #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             top: [0; Self::ROOM],
             len: 0,
@@ -173,7 +194,7 @@ impl WaitingStack {
 
     /// Makes room for so many, and returns where they will begin.
     #[inline(always)]
-    fn reserve(&mut self, count: usize) -> usize {
+    pub(super) fn reserve(&mut self, count: usize) -> usize {
         if self.len + count > Self::ROOM {
             self.bottom.extend_from_slice(&self.top[..self.len]);
             self.len = 0;
@@ -182,18 +203,18 @@ impl WaitingStack {
     }
 
     #[inline(always)]
-    fn push(&mut self, waiting: Waiting) {
+    pub(super) fn push(&mut self, waiting: Waiting) {
         self.top[self.len] = waiting;
         self.len += 1;
     }
 
     #[inline(always)]
-    fn since(&mut self, first: usize) -> &mut [Waiting] {
+    pub(super) fn since(&mut self, first: usize) -> &mut [Waiting] {
         &mut self.top[first..self.len]
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<Waiting> {
+    pub(super) fn pop(&mut self) -> Option<Waiting> {
         if self.len == 0 {
             return self.bottom.pop();
         }
@@ -217,7 +238,7 @@ fn unpack(waiting: Waiting) -> (f32, Child) {
 
 /// Sorts by insertion: there are seven at most, and mostly one or two.
 #[inline(always)]
-fn sort_far_to_near(entries: &mut [Waiting]) {
+pub(super) fn sort_far_to_near(entries: &mut [Waiting]) {
     for i in 1..entries.len() {
         let entry = entries[i];
         let mut j = i;
@@ -248,6 +269,27 @@ pub(crate) fn visit_any(
         approach,
         visit,
     });
+}
+
+/// The same within a task.
+#[inline(always)]
+pub(crate) fn visit_any_with<S: Simd>(
+    simd: S,
+    nodes: &[WideNode],
+    root: NodeIndex,
+    limit: f32,
+    approach: impl Approach,
+    visit: impl VisitLeaf,
+) {
+    InAnyOrder {
+        nodes,
+        root,
+        mask: EVERY_MASK,
+        limit,
+        approach,
+        visit,
+    }
+    .run(simd);
 }
 
 struct InAnyOrder<'a, A, V> {

@@ -21,6 +21,7 @@ mod compare;
 #[cfg(feature = "embree")]
 mod embree;
 mod geometry;
+mod headless;
 mod mesh;
 mod mesh_mesh;
 mod picking;

@@ -11,12 +11,9 @@
 use std::{f32::consts::TAU, time::Duration};
 
 use bevy::{
-    camera::CameraPlugin,
     ecs::system::SystemId,
-    image::ImagePlugin,
-    input::InputPlugin,
     math::Affine2,
-    mesh::{MeshPlugin, VertexAttributeValues},
+    mesh::VertexAttributeValues,
     picking::{
         PickingPlugin,
         backend::{
@@ -27,7 +24,6 @@ use bevy::{
         pointer::PointerId,
     },
     prelude::*,
-    window::WindowPlugin,
 };
 use bevy_sightline::{index::MeshBvhs, picking, prelude::*};
 use rand::{Rng, SeedableRng};
@@ -36,7 +32,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     Effort,
     compare::{compare, time},
-    sprites,
+    headless, sprites,
 };
 
 const PEER: &str = "bevy_picking 0.19.1";
@@ -118,19 +114,8 @@ impl Bench {
 
     /// An empty world with a camera that sees all of a cube with the given side around the origin.
     fn new(side: f32, rng: &mut ChaCha8Rng) -> Self {
-        let mut app = App::new();
-        app.add_plugins((
-            MinimalPlugins,
-            TransformPlugin,
-            AssetPlugin::default(),
-            ImagePlugin::default(),
-            MeshPlugin,
-            WindowPlugin::default(),
-            CameraPlugin,
-            InputPlugin,
-            PickingPlugin,
-            SightlinePlugins,
-        ));
+        let mut app = headless::app();
+        app.add_plugins((PickingPlugin, SightlinePlugins));
         app.init_resource::<mesh_picking::MeshPickingSettings>();
         app.finish();
         app.cleanup();

@@ -4,11 +4,9 @@
 use std::{f32::consts::TAU, time::Duration};
 
 use bevy::{
-    camera::{CameraPlugin, NormalizedRenderTarget},
+    camera::NormalizedRenderTarget,
     ecs::schedule::{Schedules, SingleThreadedExecutor},
-    image::{ImagePlugin, TextureAtlasPlugin},
-    input::InputPlugin,
-    mesh::MeshPlugin,
+    image::TextureAtlasPlugin,
     picking::{
         PickingPlugin,
         backend::{
@@ -19,13 +17,16 @@ use bevy::{
     },
     prelude::*,
     sprite::{SpritePickingPlugin, SpritePlugin},
-    window::{PrimaryWindow, WindowPlugin, WindowRef},
+    window::{PrimaryWindow, WindowRef},
 };
 use bevy_sightline::{picking, prelude::*};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::compare::{compare, time};
+use crate::{
+    compare::{compare, time},
+    headless,
+};
 
 const PEER: &str = "bevy_sprite 0.19.1";
 /// Rays in a turn.
@@ -52,21 +53,8 @@ struct Bench {
 
 impl Bench {
     fn new(n: usize) -> Self {
-        let mut app = App::new();
-        app.add_plugins((
-            MinimalPlugins,
-            TransformPlugin,
-            AssetPlugin::default(),
-            ImagePlugin::default(),
-            TextureAtlasPlugin,
-            MeshPlugin,
-            WindowPlugin::default(),
-            CameraPlugin,
-            InputPlugin,
-            PickingPlugin,
-            SpritePlugin,
-            SightlinePlugins,
-        ));
+        let mut app = headless::app();
+        app.add_plugins((TextureAtlasPlugin, PickingPlugin, SpritePlugin, SightlinePlugins));
         app.finish();
         app.cleanup();
 

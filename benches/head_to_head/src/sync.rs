@@ -16,10 +16,7 @@ use avian3d::{
     collider_tree::{ColliderTreeDiagnostics, ColliderTreeOptimization},
     prelude::{Collider, ColliderAabb, PhysicsPlugins, Position, RigidBody},
 };
-use bevy::{
-    camera::CameraPlugin, ecs::system::SystemId, image::ImagePlugin, input::InputPlugin, mesh::MeshPlugin, prelude::*,
-    time::TimeUpdateStrategy, window::WindowPlugin,
-};
+use bevy::{ecs::system::SystemId, prelude::*, time::TimeUpdateStrategy};
 use bevy_sightline::{index::SyncStats, prelude::*};
 use kd_tree::{KdPoint, KdTree};
 use rand::{Rng, SeedableRng};
@@ -28,6 +25,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     Effort,
     compare::{compare, time},
+    headless,
 };
 
 /// How many entities are compared in each frame.
@@ -128,17 +126,7 @@ impl Side {
         add_plugins: impl FnOnce(&mut App),
         mut bundle: impl FnMut(&mut App, usize) -> B,
     ) -> Self {
-        let mut app = App::new();
-        app.add_plugins((
-            MinimalPlugins,
-            TransformPlugin,
-            AssetPlugin::default(),
-            ImagePlugin::default(),
-            MeshPlugin,
-            WindowPlugin::default(),
-            CameraPlugin,
-            InputPlugin,
-        ));
+        let mut app = headless::app();
         app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)));
         add_plugins(&mut app);
         app.finish();

@@ -70,6 +70,18 @@ impl Ray {
         self.direction
     }
 
+    /// `1 / direction`: infinite where that is zero.
+    #[inline]
+    pub(crate) fn direction_recip(&self) -> Vec3A {
+        self.direction_recip
+    }
+
+    /// The axes along which the ray enters boxes through their maximum, bit by bit.
+    #[inline]
+    pub(crate) fn backward(&self) -> u32 {
+        self.direction_recip.cmplt(Vec3A::ZERO).bitmask()
+    }
+
     /// The smallest parameter that belongs to the ray; never negative.
     #[inline]
     pub fn t_min(&self) -> f32 {

@@ -43,9 +43,10 @@ pub struct TriangleRay {
 
 impl TriangleRay {
     /// Prepares `ray`.
+    #[inline]
     pub fn new(ray: &Ray) -> Self {
-        let d = ray.direction();
-        let kz = d.abs().max_position();
+        let kz = ray.direction().abs().max_position();
+        let (o, d) = (ray.origin().to_array(), ray.direction().to_array());
         let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
         // Swap to preserve the winding of the triangles.
         if d[kz] < 0.0 {
@@ -53,7 +54,7 @@ impl TriangleRay {
         }
         Self {
             axes: [kx, ky, kz],
-            origin: [kx, ky, kz].map(|axis| ray.origin()[axis]),
+            origin: [o[kx], o[ky], o[kz]],
             shear: [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]],
             t_min: ray.t_min(),
         }

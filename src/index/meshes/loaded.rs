@@ -88,8 +88,8 @@ impl Loaded {
     /// Takes over the triangles of the mesh after an edit; returns what has changed.
     ///
     /// Where its vertices have but moved, the hierarchy follows them at once, and is built anew beside its use when it
-    /// costs [`rebuild_factor`](MeshSettings::rebuild_factor) times what it cost when it was built. A build that is under way goes on, for its result can
-    /// follow too: a mesh that is edited every frame gets its hierarchy in the end.
+    /// costs [`rebuild_factor`](MeshSettings::rebuild_factor) times what it cost when it was built. A build that is under
+    /// way goes on, for its result can follow too: a mesh that is edited every frame gets its hierarchy in the end.
     pub fn edit(&mut self, edited: TriangleMesh, settings: MeshSettings) -> MeshEdit {
         let edit = self.triangles.edit_to(&edited);
         if edit == MeshEdit::Topology {

@@ -1,7 +1,5 @@
 //! The bounding volumes of one mesh.
 
-use std::sync::Arc;
-
 use bevy::{
     math::Vec3A,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
@@ -121,18 +119,9 @@ impl State {
             volume.map(VolumeSurface::new)
         };
         let pool = AsyncComputeTaskPool::get_or_init(TaskPool::default);
-        let task = match triangles {
-            Triangles::Bare(mesh) => {
-                let mesh = Arc::clone(mesh);
-                pool.spawn(async move { build(&mesh) })
-            }
-            Triangles::Built(bvh) => {
-                let bvh = Arc::clone(bvh);
-                pool.spawn(async move { build(bvh.mesh()) })
-            }
-        };
+        let triangles = triangles.clone();
         Self::Building {
-            task,
+            task: pool.spawn(async move { build(&triangles) }),
             is_outdated: false,
         }
     }

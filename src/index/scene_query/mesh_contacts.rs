@@ -6,10 +6,7 @@ use bevy::ecs::entity::Entity;
 
 use super::SceneQuery;
 use crate::{
-    geometry::triangle_triangle::TriangleContact,
-    index::{SceneQuerySettings, triangles::TrianglesRef},
-    mesh::PlacedMesh,
-    spatial::SpatialQueries,
+    geometry::triangle_triangle::TriangleContact, index::SceneQuerySettings, mesh::PlacedMesh, spatial::SpatialQueries,
 };
 
 /// Two triangles of two entities that touch.
@@ -73,10 +70,7 @@ impl SceneQuery<'_, '_> {
     /// The mesh of an entity in its place.
     fn placed_mesh(&self, entity: Entity) -> Option<PlacedMesh<'_>> {
         let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
-        let mesh = match surface.pose {
-            Some(_) => TrianglesRef::of_posed(self.posed(surface)?),
-            None => self.meshes.used_slot(surface.mesh()?)?.tested()?,
-        };
-        Some(mesh.placed(*surface.world_from_local()))
+        let mesh = self.meshes.used_slot(surface.mesh()?)?;
+        Some(self.tested(surface, mesh)?.placed(*surface.world_from_local()))
     }
 }

@@ -20,8 +20,8 @@ use bevy::{
 };
 
 use super::{
-    MeshBvhs, PosedMeshes, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, spatial_index::Key,
-    surface::PlacedSurface,
+    MeshBvhs, PosedMeshes, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, mesh_slot::MeshSlot,
+    spatial_index::Key, surface::PlacedSurface, triangles::TrianglesRef,
 };
 use crate::{mesh::PosedMesh, spatial::aabb_tree::Masked};
 
@@ -69,6 +69,14 @@ impl SceneQuery<'_, '_> {
     fn posed(&self, surface: &PlacedSurface) -> Option<&PosedMesh> {
         let pose = surface.pose?;
         self.poses.posed(pose, self.meshes.used_slot(surface.mesh()?)?)
+    }
+
+    /// What rays are tested against of the mesh of a surface: in its pose, if it is posed.
+    fn tested<'a>(&'a self, surface: &PlacedSurface, mesh: &'a MeshSlot) -> Option<TrianglesRef<'a>> {
+        match surface.pose {
+            Some(pose) => self.poses.posed(pose, mesh).map(TrianglesRef::of_posed),
+            None => mesh.tested(),
+        }
     }
 
     /// Whether an entity of the index still exists and is not disabled.

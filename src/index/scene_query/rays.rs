@@ -11,13 +11,11 @@ use crate::{
     geometry::{
         ray::{Ray, triangle::Backfaces},
         surface::{Surface, SurfaceHit},
-        volume::BoundingKind,
     },
     index::{
         HitTriangle, RayHit, SceneQuerySettings,
         spatial_index::Key,
         surface::{PlacedSurface, Shape},
-        triangles::TrianglesRef,
     },
     mesh::{PosedMesh, TriangleHit},
     spatial::{SpatialQueries, Visit},
@@ -174,19 +172,15 @@ impl SceneQuery<'_, '_> {
         let hit = match surface.shape {
             Shape::Mesh(mesh, bounded_by) => {
                 let mesh = self.meshes.used_slot(mesh)?;
-                Hit::Triangle(match surface.pose {
-                    Some(_) => {
-                        let posed = TrianglesRef::of_posed(self.posed(surface)?);
-                        posed.closest_hit(surface, ray, backfaces, |_| false)?
-                    }
-                    None => mesh.closest_hit(surface, bounded_by, ray, backfaces)?,
-                })
+                let misses = |local: &Ray| surface.pose.is_none() && mesh.misses(bounded_by, local);
+                let triangles = self.tested(surface, mesh)?;
+                Hit::Triangle(triangles.closest_hit(surface, ray, backfaces, misses)?)
             }
             Shape::Volume(mesh, kind) => {
                 let mesh = self.meshes.slot(mesh)?;
                 match (mesh.surface(kind), surface.ray_to_local(ray)) {
                     (Some(volume), Some(local)) => Hit::Surface(volume.closest_hit(&local, backfaces)?),
-                    _ => Hit::Triangle(mesh.closest_hit(surface, BoundingKind::default(), ray, backfaces)?),
+                    _ => Hit::Triangle(mesh.tested()?.closest_hit(surface, ray, backfaces, |_| false)?),
                 }
             }
             Shape::Analytic(ref shape) => {
@@ -208,20 +202,18 @@ impl SceneQuery<'_, '_> {
     fn is_hit(&self, surface: &PlacedSurface, ray: &Ray, settings: &SceneQuerySettings) -> bool {
         let backfaces = backfaces(surface, settings);
         match surface.shape {
-            Shape::Mesh(mesh, bounded_by) => {
-                let mesh = self.meshes.used_slot(mesh);
-                match surface.pose {
-                    Some(_) => (self.posed(surface))
-                        .is_some_and(|posed| TrianglesRef::of_posed(posed).any_hit(surface, ray, backfaces, |_| false)),
-                    None => mesh.is_some_and(|mesh| mesh.any_hit(surface, bounded_by, ray, backfaces)),
-                }
-            }
+            Shape::Mesh(mesh, bounded_by) => self.meshes.used_slot(mesh).is_some_and(|mesh| {
+                let misses = |local: &Ray| surface.pose.is_none() && mesh.misses(bounded_by, local);
+                self.tested(surface, mesh)
+                    .is_some_and(|triangles| triangles.any_hit(surface, ray, backfaces, misses))
+            }),
             Shape::Volume(mesh, kind) => {
                 self.meshes
                     .slot(mesh)
                     .is_some_and(|mesh| match (mesh.surface(kind), surface.ray_to_local(ray)) {
                         (Some(volume), Some(local)) => volume.any_hit(&local, backfaces),
-                        _ => mesh.any_hit(surface, BoundingKind::default(), ray, backfaces),
+                        _ => (mesh.tested())
+                            .is_some_and(|triangles| triangles.any_hit(surface, ray, backfaces, |_| false)),
                     })
             }
             Shape::Analytic(ref shape) => {
@@ -267,7 +259,7 @@ impl SceneQuery<'_, '_> {
                 (hit.t, normal, None, uv)
             }
             Hit::Triangle(hit) => {
-                let posed = surface.pose.and_then(|_| self.posed(surface));
+                let posed = self.posed(surface);
                 let mesh = match posed {
                     Some(posed) => posed.mesh(),
                     None => self.meshes.triangles(surface.mesh()?)?,

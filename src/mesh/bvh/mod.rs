@@ -1,6 +1,7 @@
 //! A bounding volume hierarchy over the triangles of one mesh.
 
 mod pack;
+mod packets;
 mod rays;
 mod refit;
 
@@ -66,20 +67,16 @@ impl MeshBvh {
     }
 }
 
-/// A leaf in 31 bits: the group, and how many of its lanes come after the first.
-fn pack_slots(group: u32, count: u32) -> u32 {
-    debug_assert!((1..=LEAF_SIZE as u32).contains(&count) && group < 1 << 28);
-    group << 3 | (count - 1)
-}
-
-/// A leaf that is being built, in 31 bits: its first place in the order of the leaves, and how many come after that.
-pub(super) fn pack_range(first: u32, count: u32) -> u32 {
+/// A leaf in 31 bits: the group, and how many of its lanes come after the first. While it is being built, its first place
+/// in the order of the leaves in place of the group.
+pub(super) fn pack_leaf(first: u32, count: u32) -> u32 {
     debug_assert!((1..=LEAF_SIZE as u32).contains(&count) && first < 1 << 28);
     first << 3 | (count - 1)
 }
 
+/// The places of a leaf that is being built, in the order of the leaves.
 fn unpack_range(leaf: u32) -> Range<usize> {
-    let first = (leaf >> 3) as usize;
+    let first = group_of(leaf);
     first..first + (leaf & 7) as usize + 1
 }
 

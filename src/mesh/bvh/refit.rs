@@ -2,9 +2,8 @@
 
 use bevy::math::Vec3;
 
-use super::{MeshBvh, group_of, unpack_slots};
+use super::{MeshBvh, group_of};
 use crate::{
-    geometry::aabb::{EMPTY, union},
     mesh::triangles::{MeshEdit, MovingTriangles, TriangleMesh},
     spatial::{
         simd::{Simd, Task, dispatch},
@@ -26,23 +25,6 @@ impl MeshBvh {
             nodes: &mut self.nodes,
             triangles,
         });
-    }
-
-    /// Fits every box to what is below it.
-    pub(in crate::mesh) fn fit_boxes(&mut self) {
-        // Children come after their parents.
-        for index in (0..self.nodes.len()).rev() {
-            for lane in 0..self.nodes[index].len() {
-                let bounds = match self.nodes[index].child(lane) {
-                    Child::Node(child) => self.nodes[child as usize].bounds(),
-                    Child::Leaf(leaf) => {
-                        let boxes = unpack_slots(leaf).map(|slot| self.mesh.triangle_box(slot));
-                        boxes.fold(EMPTY, |bounds, aabb| union(&bounds, &aabb))
-                    }
-                };
-                self.nodes[index].set_aabb(lane, &bounds);
-            }
-        }
     }
 
     /// Takes over the vertices of an edited mesh, which has the same triangles in any order of slots.

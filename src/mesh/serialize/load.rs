@@ -1,13 +1,13 @@
 //! From bytes to a hierarchy. Nothing in the bytes is trusted.
 
 use super::{
-    CHECKSUM, EMPTY_LANE, HEADER, Header, Lanes, MAGIC, NODE_LANE, UnreadableBvh, VERSION, fingerprint::SlotsByNumber,
+    CHECKSUM, EMPTY_LANE, HEADER, Header, Lanes, MAGIC, NODE_LANE, UnreadableBvh, VERSION, fingerprint::fingerprint,
 };
 use crate::{
     geometry::aabb::EMPTY,
     mesh::{
         MeshBvh, TriangleMesh,
-        bvh::{LEAF_SIZE, pack_range},
+        bvh::{LEAF_SIZE, pack_leaf},
     },
     spatial::wide::{Child, EVERY_MASK, LANES, WideNode},
 };
@@ -24,18 +24,22 @@ impl MeshBvh {
     /// If the bytes are damaged, of another version, of another mesh, or something else altogether.
     pub fn from_bytes(bytes: &[u8], mesh: &TriangleMesh) -> Result<Self, UnreadableBvh> {
         let (header, body) = Header::read(bytes)?;
-        let mut slots = SlotsByNumber::of(mesh);
-        if header.triangles as usize != mesh.len() || header.fingerprint != slots.fingerprint(mesh) {
+        if header.triangles as usize != mesh.len() || header.fingerprint != fingerprint(mesh) {
             return Err(UnreadableBvh::OtherMesh);
         }
         let (nodes, numbers) = body.split_at(header.nodes as usize * LANES);
         let nodes = read_nodes(nodes.as_chunks().0, header.triangles)?;
+        let mut taken = vec![false; mesh.vertices().len()];
+        let mut take = |number: u32| {
+            let slot = mesh.slot_of(number)?;
+            (!std::mem::replace(&mut taken[number as usize], true)).then_some(slot)
+        };
         let order: Option<Vec<u32>> = (numbers.as_chunks().0.iter())
-            .map(|&number| slots.take(u32::from_le_bytes(number)))
+            .map(|&number| take(u32::from_le_bytes(number)))
             .collect();
         let order = order.ok_or(UnreadableBvh::Malformed)?;
         let mut bvh = Self::pack(mesh, &order, &nodes, false);
-        bvh.fit_boxes();
+        bvh.refit(&mesh.positions());
         Ok(bvh)
     }
 }
@@ -91,7 +95,7 @@ fn read_nodes(file: &[Lanes], triangles: u32) -> Result<Vec<WideNode>, Unreadabl
                 if len > triangles - next_slot {
                     return Err(UnreadableBvh::Malformed);
                 }
-                let leaf = Child::Leaf(pack_range(next_slot, len));
+                let leaf = Child::Leaf(pack_leaf(next_slot, len));
                 nodes[node as usize].set(lane, &EMPTY, EVERY_MASK, leaf);
                 next_slot += len;
                 continue;

@@ -1,6 +1,6 @@
 //! From a hierarchy to bytes.
 
-use super::{CHECKSUM, EMPTY_LANE, HEADER, Header, Lanes, MAGIC, NODE_LANE, VERSION, fingerprint::SlotsByNumber};
+use super::{CHECKSUM, EMPTY_LANE, HEADER, Header, Lanes, MAGIC, NODE_LANE, VERSION, fingerprint::fingerprint};
 use crate::{
     mesh::{MeshBvh, bvh::unpack_slots},
     spatial::wide::{Child, LANES, NodeIndex},
@@ -13,7 +13,7 @@ impl MeshBvh {
         let (nodes, slots) = self.in_order_of_file();
         let triangles = self.mesh();
         let header = Header {
-            fingerprint: SlotsByNumber::of(triangles).fingerprint(triangles),
+            fingerprint: fingerprint(triangles),
             triangles: slots.len() as u32,
             nodes: nodes.len() as u32,
         };

@@ -56,9 +56,12 @@ impl Ploc {
         rings.clear();
         rings.extend(0..items.len() as u32);
         self.clusters.clear();
+        let mut left = items;
         if workers.count() > 1 && items.len() > PART {
             self.build_parts(items, bag_size, tree, rings, workers, stage)?;
-        } else {
+            left = &[];
+        }
+        let mut cluster = |items| {
             simd::dispatch(Clustering {
                 items,
                 clusters: &mut self.clusters,
@@ -70,20 +73,10 @@ impl Ploc {
                     bag_size,
                 },
                 stage,
-            })?;
-        }
-        simd::dispatch(Clustering {
-            items: &[],
-            clusters: &mut self.clusters,
-            keys: &mut self.keys,
-            merged: Merged {
-                tree,
-                rings,
-                start: 0,
-                bag_size,
-            },
-            stage,
-        })?;
+            })
+        };
+        cluster(left)?;
+        cluster(&[])?;
         Ok(self.clusters[0])
     }
 

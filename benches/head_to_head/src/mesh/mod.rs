@@ -7,6 +7,9 @@
 //! coordinates besides. The peers test as Möller and Trumbore do, through which rays slip, but for Embree, which is
 //! robust here, and is raced in rows of its own.
 //!
+//! In the cases `camera-packets`, a row of a picture is asked for at once, which a peer that knows no such question answers
+//! ray by ray.
+//!
 //! Memory is what is allocated and kept to answer with: nodes, triangles, and the numbers of the triangles. Ours has the
 //! numbers of the vertices and their normals and texture coordinates besides.
 
@@ -43,6 +46,11 @@ type Hit = (f32, u32);
 /// Queries along rays.
 trait MeshRays {
     fn closest(&self, ray: &Ray) -> Option<Hit>;
+
+    /// The closest of each of many rays: together if the side can do that.
+    fn closest_of_each(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        hits.extend(rays.iter().map(|ray| self.closest(ray)));
+    }
 
     fn any(&self, ray: &Ray) -> bool;
 }
@@ -105,7 +113,14 @@ fn race_rays(model: &Model, suffix: &str, sides: &[Named], effort: Effort) {
         race(&case(name), TURN, rays, sides, |a, b| same(model, a, b));
     };
     closest("closest-bounce", &rays::bounces(&hits));
-    closest("closest-camera", &rays::camera(model, effort));
+    let camera = rays::camera(model, effort);
+    closest("closest-camera", &camera);
+    let at_once =
+        |side: &'_ Named| Side::of_turns(side.name, |rays: &[Ray], hits| side.rays.closest_of_each(rays, hits));
+    let packets = &mut sides.iter().map(at_once).collect::<Vec<_>>();
+    race(&case("camera-packets"), TURN, &camera, packets, |a, b| {
+        same(model, a, b)
+    });
     let shadows = rays::shadows(model, &hits);
     let sides = &mut by(sides, |side, ray| side.any(ray));
     race(&case("any"), TURN, &shadows, sides, |a, b| a == b);

@@ -1,9 +1,12 @@
 //! Our side.
 
+use std::sync::LazyLock;
+
 use bevy::{
     asset::RenderAssetUsages,
     math::Vec3,
     mesh::{Indices, Mesh, PrimitiveTopology},
+    tasks::{TaskPool, TaskPoolBuilder},
 };
 use bevy_sightline::{
     geometry::ray::{Ray, triangle::Backfaces},
@@ -12,6 +15,9 @@ use bevy_sightline::{
 };
 
 use super::{Hit, MeshRays, models::Model, refit::Refit};
+
+/// The peers have no more.
+static ONE_THREAD: LazyLock<TaskPool> = LazyLock::new(|| TaskPoolBuilder::new().num_threads(1).build());
 
 /// What is built from.
 pub(crate) fn source(model: &Model) -> TriangleMesh {
@@ -48,6 +54,12 @@ impl MeshRays for MeshBvh {
     fn closest(&self, ray: &Ray) -> Option<Hit> {
         let hit = self.closest_hit(ray, Backfaces::Include)?;
         Some((hit.t, hit.triangle))
+    }
+
+    fn closest_of_each(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        let mut found = Vec::new();
+        self.closest_hits(rays, Backfaces::Include, Some(&ONE_THREAD), &mut found);
+        hits.extend(found.iter().map(|hit| hit.map(|hit| (hit.t, hit.triangle))));
     }
 
     fn any(&self, ray: &Ray) -> bool {

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::compare::median_ns;
 
-/// Answers a turn of queries: all of the slice, one by one.
+/// Answers a turn of queries: all of the slice.
 type Answer<'a, Q, A> = Box<dyn FnMut(&[Q], &mut Vec<A>) + 'a>;
 
 /// One that runs: its name, and how it answers.
@@ -15,9 +15,16 @@ pub(crate) struct Side<'a, Q, A> {
 
 impl<'a, Q, A> Side<'a, Q, A> {
     pub fn new(name: &'static str, mut answer: impl FnMut(&Q) -> A + 'a) -> Self {
+        Self::of_turns(name, move |queries, answers| {
+            answers.extend(queries.iter().map(&mut answer));
+        })
+    }
+
+    /// One that answers a turn at once.
+    pub fn of_turns(name: &'static str, answer: impl FnMut(&[Q], &mut Vec<A>) + 'a) -> Self {
         Self {
             name,
-            answer: Box::new(move |queries, answers| answers.extend(queries.iter().map(&mut answer))),
+            answer: Box::new(answer),
         }
     }
 }

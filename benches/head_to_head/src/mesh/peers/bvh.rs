@@ -1,6 +1,5 @@
 //! bvh: its flat tree. Its own test of triangles sees one side only, so that it gets that of obvhs.
 
-use bevy::math::Vec3A;
 use bevy_sightline::geometry::ray::Ray;
 use bvh::{
     aabb::{Aabb, Bounded},
@@ -13,7 +12,7 @@ use obvhs::rt_triangle::RtTriangle;
 use super::obvhs::source;
 use crate::{
     mesh::{Hit, MeshRays, models::Model},
-    spatial::peers::{Slabs, obvhs::converted},
+    spatial::peers::{Slabs, bvh::vector, obvhs::converted},
 };
 
 pub(crate) struct Flat {
@@ -95,9 +94,4 @@ impl BHShape<f32, 3> for Shape {
     fn bh_node_index(&self) -> usize {
         self.node
     }
-}
-
-#[inline]
-fn vector(point: &(impl std::ops::Index<usize, Output = f32> + ?Sized)) -> Vec3A {
-    Vec3A::new(point[0], point[1], point[2])
 }

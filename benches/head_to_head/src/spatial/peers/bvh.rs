@@ -162,7 +162,8 @@ impl BHShape<f32, 3> for Shape {
     }
 }
 
+/// A vector of the crate as one of ours.
 #[inline]
-fn vector(point: &(impl std::ops::Index<usize, Output = f32> + ?Sized)) -> Vec3A {
+pub(crate) fn vector(point: &(impl std::ops::Index<usize, Output = f32> + ?Sized)) -> Vec3A {
     Vec3A::new(point[0], point[1], point[2])
 }
