@@ -75,37 +75,77 @@ pub enum When {
     Last,
 }
 
-type Act = dyn Fn(&mut World) -> Option<Entity> + Send + Sync;
+type Edit = dyn Fn(&mut World) + Send + Sync;
+type Dress = dyn Fn(&mut World, Entity) + Send + Sync;
 
 /// Something that happens to a world.
 #[derive(Clone)]
 pub struct Change {
     /// For the message of a failure; names all entities that it concerns.
     pub what: String,
-    /// Whom it brings into being.
-    pub role: Option<Role>,
-    act: Arc<Act>,
+    act: Act,
+}
+
+#[derive(Clone)]
+enum Act {
+    Edit(Arc<Edit>),
+    Spawn {
+        role: Role,
+        dress: Arc<Dress>,
+        in_place_of: Option<Entity>,
+    },
 }
 
 impl Change {
-    pub fn new(what: String, act: impl Fn(&mut World) + Send + Sync + 'static) -> Self {
-        let act = move |world: &mut World| {
-            act(world);
-            None
+    pub fn new(what: String, edit: impl Fn(&mut World) + Send + Sync + 'static) -> Self {
+        let act = Act::Edit(Arc::new(edit));
+        Self { what, act }
+    }
+
+    /// Spawns an entity, and gives it its components.
+    pub fn spawn(role: Role, what: String, dress: impl Fn(&mut World, Entity) + Send + Sync + 'static) -> Self {
+        let act = Act::Spawn {
+            role,
+            dress: Arc::new(dress),
+            in_place_of: None,
         };
-        Self {
-            what,
-            role: None,
-            act: Arc::new(act),
+        Self { what, act }
+    }
+
+    /// Despawns an entity and spawns this one with its index, which is one generation older.
+    pub fn in_place_of(mut self, entity: Entity) -> Self {
+        if let Act::Spawn { in_place_of, .. } = &mut self.act {
+            self.what += &format!(" in place of {entity}");
+            *in_place_of = Some(entity);
+        }
+        self
+    }
+
+    /// What role it brings into being.
+    pub fn role(&self) -> Option<Role> {
+        match self.act {
+            Act::Edit(_) => None,
+            Act::Spawn { role, .. } => Some(role),
         }
     }
 
-    /// Spawns an entity.
-    pub fn spawn(role: Role, what: String, act: impl Fn(&mut World) -> Entity + Send + Sync + 'static) -> Self {
-        Self {
-            what,
-            role: Some(role),
-            act: Arc::new(move |world| Some(act(world))),
+    /// Makes it happen, and tells who has come into being.
+    pub fn act(&self, world: &mut World) -> Option<Entity> {
+        match &self.act {
+            Act::Edit(edit) => {
+                edit(world);
+                None
+            }
+            Act::Spawn { dress, in_place_of, .. } => {
+                let old = in_place_of.filter(|old| world.get_entity(*old).is_ok());
+                let place = old.and_then(|old| world.despawn_no_free(old));
+                let entity = match place {
+                    Some(place) => world.spawn_empty_at(place).expect("nobody is there").id(),
+                    None => world.spawn_empty().id(),
+                };
+                dress(world, entity);
+                Some(entity)
+            }
         }
     }
 
@@ -161,11 +201,6 @@ impl Change {
                 entity.despawn();
             }
         })
-    }
-
-    /// Makes it happen, and tells who has come into being.
-    pub fn act(&self, world: &mut World) -> Option<Entity> {
-        (self.act)(world)
     }
 }
 

@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{
     cast::{Cast, Change, Meshes, Role, Way},
-    things::{SIZE, random_layers},
+    things::{self, SIZE, random_layers},
 };
 use crate::common::{random_point, random_rotation};
 
@@ -43,6 +43,7 @@ pub const WAYS: &[Way] = &[
     (2, have_its_lists_tampered_with),
     (3, spawn),
     (2, despawn),
+    (2, be_replaced),
 ];
 
 fn any_light(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Entity> {
@@ -229,8 +230,9 @@ pub fn spawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
         "is spawned, a light of kind {kind} at {place:?} with range {range} or cascades {:?}, shadows {shadow_maps_enabled}",
         cascades.bounds
     );
-    Some(Change::spawn(Role::Light, what, move |world| {
-        let mut light = world.spawn(place);
+    Some(Change::spawn(Role::Light, what, move |world, light| {
+        let mut light = world.entity_mut(light);
+        light.insert(place);
         match kind {
             0 => light.insert((
                 DirectionalLight {
@@ -250,10 +252,16 @@ pub fn spawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
                 ..default()
             }),
         };
-        light.id()
     }))
 }
 
 fn despawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
     any_light(rng, cast).map(Change::despawn)
+}
+
+/// By another light, or by a thing.
+fn be_replaced(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
+    let light = any_light(rng, cast)?;
+    let successor = if rng.random() { spawn } else { things::spawn };
+    Some(successor(rng, cast)?.in_place_of(light))
 }

@@ -6,13 +6,13 @@
 //! A thousand frames from fixed seeds; with `PROPERTY_CASES` in the environment, that many from a new seed every time. A
 //! failure names the seed: set `PROPERTY_SEED` to see it again.
 
-mod apps;
+pub mod apps;
 mod bounds;
-mod cast;
+pub mod cast;
 mod faults;
 mod lights;
 mod snapshot;
-mod things;
+pub mod things;
 mod third_party;
 mod views;
 
@@ -186,8 +186,8 @@ impl Run {
         for change in changes {
             // Who is born within a frame is not known before it is over.
             let when = match self.rng.random_range(0..4) {
-                0 if change.role.is_none() => When::Update,
-                1 if change.role.is_none() => When::Last,
+                0 if change.role().is_none() => When::Update,
+                1 if change.role().is_none() => When::Last,
                 _ => When::Between,
             };
             if when == When::Between {
@@ -210,7 +210,7 @@ impl Run {
         assert_eq!(born, other, "the apps count entities alike");
         let name = born.map_or_else(String::new, |entity| format!("{entity} "));
         self.log.push((frame, format!("{name}{}", change.what)));
-        if let (Some(role), Some(entity)) = (change.role, born) {
+        if let (Some(role), Some(entity)) = (change.role(), born) {
             self.cast.enter(role, entity);
         }
     }

@@ -65,7 +65,7 @@ pub const WAYS: &[Way] = &[
     (2, lose_range),
     (6, spawn),
     (6, despawn),
-    (2, despawn_and_spawn),
+    (5, be_replaced),
     (2, be_no_thing_and_then_again),
     (3, have_a_class),
     (2, lose_a_class),
@@ -277,11 +277,12 @@ pub fn spawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
     let what = format!(
         "is spawned: kind {kind}, mesh {mesh}, plain {is_ours_to_cull}, {visibility:?}, child of {parent:?}, {place:?}"
     );
-    Some(Change::spawn(Role::Thing, what, move |world| {
+    Some(Change::spawn(Role::Thing, what, move |world, thing| {
         let meshes = &world.resource::<Meshes>().0;
         let mesh = meshes[mesh % meshes.len()].clone();
         let parent = parent.filter(|parent| world.get_entity(*parent).is_ok());
-        let mut thing = world.spawn((place, visibility));
+        let mut thing = world.entity_mut(thing);
+        thing.insert((place, visibility));
         match kind {
             0..=5 => _ = thing.insert(Mesh3d(mesh)),
             6 => _ = thing.insert(Mesh2d(mesh)),
@@ -317,7 +318,6 @@ pub fn spawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
         if let Some(parent) = parent {
             thing.insert(ChildOf(parent));
         }
-        thing.id()
     }))
 }
 
@@ -326,7 +326,7 @@ pub fn spawn_rig(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
     let place = Transform::from_translation(random_point(rng, SIZE));
     let joints: Vec<Entity> = cast.of(Role::Joint).collect();
     let what = format!("is spawned, a rig of {joints:?} at {}", place.translation);
-    Some(Change::spawn(Role::Thing, what, move |world| {
+    Some(Change::spawn(Role::Thing, what, move |world, rig| {
         let mesh = world.resource::<Meshes>().0.last().expect("the skinned mesh").clone();
         let skin = SkinnedMesh {
             inverse_bindposes: world.resource::<Skin>().0.clone(),
@@ -334,14 +334,16 @@ pub fn spawn_rig(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
         };
         // Bevy updates bounds that are there, and lets none of its own be made.
         let bounds = (DynamicSkinnedMeshBounds, NoAutoAabb, Aabb::default());
-        world.spawn((Mesh3d(mesh), skin, place, bounds)).id()
+        world.entity_mut(rig).insert((Mesh3d(mesh), skin, place, bounds));
     }))
 }
 
 pub fn spawn_joint(rng: &mut ChaCha8Rng) -> Change {
     let place = Transform::from_translation(random_point(rng, SIZE));
     let what = format!("is spawned, a joint at {}", place.translation);
-    Change::spawn(Role::Joint, what, move |world| world.spawn(place).id())
+    Change::spawn(Role::Joint, what, move |world, joint| {
+        world.entity_mut(joint).insert(place);
+    })
 }
 
 fn move_a_joint(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
@@ -354,17 +356,9 @@ fn despawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
     any_thing(rng, cast).map(Change::despawn)
 }
 
-/// So that another entity with the same index takes its place within a frame.
-fn despawn_and_spawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
+fn be_replaced(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
     let thing = any_thing(rng, cast)?;
-    let spawn = spawn(rng, cast)?;
-    let what = format!("{} in place of {thing}", spawn.what);
-    Some(Change::spawn(Role::Thing, what, move |world| {
-        if let Ok(thing) = world.get_entity_mut(thing) {
-            thing.despawn();
-        }
-        spawn.act(world).expect("it spawns")
-    }))
+    Some(spawn(rng, cast)?.in_place_of(thing))
 }
 
 /// In one go, so that nobody but a hook could tell.

@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{
     cast::{Cast, Change, Role, Way},
-    things::{SIZE, random_layers},
+    things::{self, SIZE, random_layers},
 };
 use crate::common::{random_point, random_rotation};
 
@@ -46,6 +46,7 @@ pub const WAYS: &[Way] = &[
     (1, be_no_camera_and_then_again),
     (3, spawn),
     (2, despawn),
+    (2, be_replaced),
     (4, move_a_carrier),
 ];
 
@@ -283,15 +284,15 @@ pub fn spawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
     let (kind, place) = (rng.random_range(0..6), random_place(rng));
     let (projection, planes) = (random_projection(rng), random_planes(rng));
     let what = format!("is spawned, a camera of kind {kind} at {place:?} with {projection:?} or {planes:?}");
-    Some(Change::spawn(Role::Camera, what, move |world| {
-        let mut camera = world.spawn(place);
+    Some(Change::spawn(Role::Camera, what, move |world, camera| {
+        let mut camera = world.entity_mut(camera);
+        camera.insert(place);
         match kind {
             0 => camera.insert(Camera2d),
             1 => camera.insert((Camera::default(), planes)),
             2 => camera.insert((Camera::default(), projection.clone())),
             _ => camera.insert((Camera3d::default(), projection.clone())),
         };
-        camera.id()
     }))
 }
 
@@ -299,11 +300,18 @@ fn despawn(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
     any_camera(rng, cast).map(Change::despawn)
 }
 
+/// By another camera, or by a thing.
+fn be_replaced(rng: &mut ChaCha8Rng, cast: &Cast) -> Option<Change> {
+    let camera = any_camera(rng, cast)?;
+    let successor = if rng.random() { spawn } else { things::spawn };
+    Some(successor(rng, cast)?.in_place_of(camera))
+}
+
 pub fn spawn_carrier(rng: &mut ChaCha8Rng) -> Change {
     let place = random_place(rng);
     let what = format!("is spawned, a carrier at {place:?}");
-    Change::spawn(Role::Carrier, what, move |world| {
-        world.spawn((place, Visibility::default())).id()
+    Change::spawn(Role::Carrier, what, move |world, carrier| {
+        world.entity_mut(carrier).insert((place, Visibility::default()));
     })
 }
 
