@@ -28,15 +28,18 @@ mod picking;
 mod spatial;
 mod sprites;
 mod sync;
+mod visibility;
 
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 13] = [
+const GROUPS: [(&str, fn(Effort)); 15] = [
     ("bounding", bounding::run),
     ("build", spatial::build::run),
     ("choosing", spatial::choosing::run),
+    ("culling", visibility::culling::run),
     ("geometry", geometry::run),
+    ("lights", visibility::lights::run),
     ("memory", spatial::memory::run),
     ("mesh", mesh::run),
     ("nearest", spatial::nearest::run),
