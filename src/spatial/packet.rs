@@ -118,7 +118,7 @@ impl<S: Simd> Packet<S> {
         (rays, met_at)
     }
 
-    /// The rays of an octet that meet a box up to their limits, and where, as [`Entering`](lanes::Entering) tells.
+    /// The rays of an octet that meet a box up to their limits, and where, as [`Entering`](super::lanes::Entering) tells.
     #[inline(always)]
     fn meets(&self, simd: S, octet: usize, faces: &Faces, limit: S::F32s) -> (u32, S::F32s) {
         let t_min = self.t_min[octet];
