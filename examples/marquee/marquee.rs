@@ -112,7 +112,7 @@ fn choose(keys: Res<ButtonInput<KeyCode>>, mut choice: ResMut<Choice>) {
 
 /// The paint of what is selected.
 #[derive(Resource)]
-struct Highlight(Handle<StandardMaterial>);
+pub struct Highlight(Handle<StandardMaterial>);
 
 fn mix_highlight(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>) {
     commands.insert_resource(Highlight(materials.add(StandardMaterial {
