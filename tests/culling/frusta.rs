@@ -6,7 +6,10 @@ use bevy::{
         primitives::{Aabb, Frustum, Sphere},
         visibility::{DynamicSkinnedMeshBounds, NoAutoAabb, NoFrustumCulling},
     },
-    math::{Vec3A, primitives::HalfSpace},
+    math::{
+        Vec3A,
+        primitives::{HalfSpace, ViewFrustum},
+    },
     mesh::skinning::SkinnedMesh,
     prelude::*,
 };
@@ -175,8 +178,8 @@ fn planes_that_are_no_numbers_cull_nothing() {
     of_both(|app| {
         let camera = spawn(app, Camera::default());
         let cubes = [-100.0, 0.0, 100.0].map(|x| spawn_cube_at(app, x, 0.0, 0.0));
-        let mut frustum = Frustum::default();
-        frustum.half_spaces = [HalfSpace::new(Vec4::NAN); 6];
+        let half_spaces = [HalfSpace::new(Vec4::NAN); 6];
+        let frustum = Frustum(ViewFrustum { half_spaces });
         insert(app, camera, frustum);
         assert_eq!(look(app, camera), sorted(cubes));
     });

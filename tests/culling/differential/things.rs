@@ -42,7 +42,7 @@ pub struct Tree;
 pub struct Rock;
 
 fn add_twice(mut world: DeferredWorld, context: HookContext) {
-    add_visibility_class::<Rock>(world.reborrow(), context.clone());
+    add_visibility_class::<Rock>(world.reborrow(), context);
     add_visibility_class::<Rock>(world, context);
 }
 

@@ -115,9 +115,7 @@ fn race_rays(model: &Model, suffix: &str, sides: &[Named], effort: Effort) {
     closest("closest-bounce", &rays::bounces(&hits));
     let camera = rays::camera(model, effort);
     closest("closest-camera", &camera);
-    let at_once =
-        |side: &'_ Named| Side::of_turns(side.name, |rays: &[Ray], hits| side.rays.closest_of_each(rays, hits));
-    let packets = &mut sides.iter().map(at_once).collect::<Vec<_>>();
+    let packets = &mut at_once(sides);
     race(&case("camera-packets"), TURN, &camera, packets, |a, b| {
         same(model, a, b)
     });
@@ -140,6 +138,14 @@ fn race_incoherent(model: &Model, suffix: &str, sides: &[Named], effort: Effort)
 
 fn by<'a, A: 'a>(sides: &'a [Named], query: fn(&dyn MeshRays, &Ray) -> A) -> Vec<Side<'a, Ray, A>> {
     let side = |side: &'a Named| Side::new(side.name, move |ray| query(&*side.rays, ray));
+    sides.iter().map(side).collect()
+}
+
+fn at_once(sides: &[Named]) -> Vec<Side<'_, Ray, Option<Hit>>> {
+    let side = |side| {
+        let Named { name, rays, .. }: &Named = side;
+        Side::of_turns(name, |turn: &[Ray], hits| rays.closest_of_each(turn, hits))
+    };
     sides.iter().map(side).collect()
 }
 
