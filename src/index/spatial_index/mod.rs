@@ -170,6 +170,12 @@ impl SpatialIndex {
         self.refused.iter().map(|(&entity, &why)| (entity, why))
     }
 
+    /// Visits every node of the tree with its depth, zero for the root, and its world box: see
+    /// [`AabbTree::visit_nodes`].
+    pub fn visit_nodes(&self, visit: impl FnMut(usize, &Aabb3d)) {
+        self.tree.visit_nodes(visit);
+    }
+
     pub(crate) fn tree(&self) -> &AabbTree<Key> {
         &self.tree
     }

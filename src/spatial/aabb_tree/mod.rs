@@ -188,7 +188,8 @@ impl<K: Copy> AabbTree<K> {
         self.linked_nodes().map(|(_, depth)| depth + 1).max().unwrap_or(0)
     }
 
-    /// Visits every node with its depth, zero for the root, and its box, parents before children.
+    /// Visits every node with its depth, zero for the root, and its box, depth first: what is below a node comes right
+    /// after it.
     pub fn visit_nodes(&self, mut visit: impl FnMut(usize, &Aabb3d)) {
         self.linked_nodes()
             .for_each(|(node, depth)| visit(depth, &self.nodes[node as usize].bounds()));
