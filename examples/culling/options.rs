@@ -1,0 +1,52 @@
+//! The command line.
+
+use bevy::prelude::Resource;
+
+use crate::shared;
+
+const HELP: &str = "\
+Options of culling:
+  --headless   no window: fly one round with each method and print figures
+  --blocks N   N x N blocks of houses (16: 17,000 things)
+  --frames N   frames of the headless round (240)
+  --help       this text";
+
+/// What the command line says.
+#[derive(Resource, Clone, Debug)]
+pub struct Options {
+    pub headless: bool,
+    pub blocks: u32,
+    pub frames: u32,
+}
+
+impl Options {
+    /// Reads the arguments; `None` if they ask for help, which has been printed.
+    pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Option<Self>, String> {
+        let mut options = Self {
+            headless: !shared::has_display(),
+            blocks: 16,
+            frames: 240,
+        };
+        while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().ok_or(format!("{argument} needs a value\n\n{HELP}"));
+            match argument.as_str() {
+                "--headless" => options.headless = true,
+                "--blocks" => options.blocks = number(&value()?)?,
+                "--frames" => options.frames = number(&value()?)?,
+                "--help" | "-h" => {
+                    println!("{HELP}");
+                    return Ok(None);
+                }
+                other => return Err(format!("unknown option {other}\n\n{HELP}")),
+            }
+        }
+        Ok(Some(options))
+    }
+}
+
+fn number(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(number) if number > 0 => Ok(number),
+        _ => Err(format!("{text} is not a number above zero\n\n{HELP}")),
+    }
+}
