@@ -7,7 +7,7 @@
 //! # What it costs
 //!
 //! Bevy tests every entity for every camera, cascade, cube face and spot light, in every frame. Here the tree of the
-//! [`SpatialIndex`] is asked: what lies wholly inside of a frustum is accepted as a whole, what lies outside is never
+//! [`SpatialIndex`](crate::index::SpatialIndex) is asked: what lies wholly inside of a frustum is accepted as a whole, what lies outside is never
 //! touched, and Bevy's tests, with their rounding, decide only what a plane of the frustum cuts. Of what is seen, only what
 //! was not seen in the last frame, or has changed, is looked at and written: the sorted lists are amended.
 //!
@@ -32,6 +32,7 @@
 //! of those that are left.
 //!
 //! [`SetViewVisibility`]: bevy::camera::visibility::SetViewVisibility
+//! [`ViewVisibility`]: bevy::camera::visibility::ViewVisibility
 //! [`VisibleEntities`]: bevy::camera::visibility::VisibleEntities
 
 mod bits;
@@ -76,7 +77,7 @@ use view::View;
 /// When views are culled; all in `PostUpdate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
 pub enum ViewCullingSystems {
-    /// What cameras have in sight is found. After frusta and the [`SpatialIndex`] are brought up to date, before
+    /// What cameras have in sight is found. After frusta and the [`SpatialIndex`](crate::index::SpatialIndex) are brought up to date, before
     /// [`VisibilitySystems::CheckVisibility`].
     Find,
     /// It is written to `VisibleEntities`, [`VisibleSet`] and `ViewVisibility`. In [`VisibilitySystems::CheckVisibility`].
