@@ -2,7 +2,8 @@
 
 use crate::index::ticks::ones;
 
-/// A set of small numbers, one bit for each. What is done with all of it costs as much as it holds, whatever the largest.
+/// A set of small numbers, one bit for each. What is done with all of it costs as much as it holds, whatever the
+/// largest.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bits {
     words: Vec<u64>,

@@ -1,5 +1,5 @@
-//! What can be seen at all, and what is known of it: kept from frame to frame, and looked at anew only where something has
-//! changed.
+//! What can be seen at all, and what is known of it: kept from frame to frame, and looked at anew only where something
+//! has changed.
 
 use std::any::TypeId;
 
@@ -240,8 +240,8 @@ impl Candidates {
         };
     }
 
-    /// Counts that a camera, or a shadow map, has begun to see an entity, or ceased to. Returns by how many of those it is
-    /// seen now, if it is a candidate.
+    /// Counts that a camera, or a shadow map, has begun to see an entity, or ceased to. Returns by how many of those it
+    /// is seen now, if it is a candidate.
     pub fn count(&mut self, entity: Entity, audience: u16, comes: bool) -> Option<u32> {
         let number = entity.index_u32();
         let record = self

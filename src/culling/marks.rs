@@ -1,9 +1,9 @@
 //! Writing [`ViewVisibility`] as Bevy does, but only where it changes.
 //!
 //! Bevy sets every `ViewVisibility` back to *was visible* or *hidden* before views are asked, each view marks what it
-//! sees, and what was visible and is not marked is hidden at last: so that a change is one only if it lasts. Here nothing
-//! is set back but what no view sees any more, which is before [`CheckVisibility`] as far as cameras go: whoever marks
-//! entities of their own there finds them as Bevy leaves them.
+//! sees, and what was visible and is not marked is hidden at last: so that a change is one only if it lasts. Here
+//! nothing is set back but what no view sees any more, which is before [`CheckVisibility`] as far as cameras go:
+//! whoever marks entities of their own there finds them as Bevy leaves them.
 //!
 //! [`CheckVisibility`]: bevy::camera::visibility::VisibilitySystems::CheckVisibility
 
@@ -114,8 +114,8 @@ impl Marks {
         *self = Self::default();
     }
 
-    /// Begins a frame: brings what is known up to date with what others have done. `gone` are no candidates any more, or
-    /// have lost their marks; the marks of `changed` have changed since the last frame.
+    /// Begins a frame: brings what is known up to date with what others have done. `gone` are no candidates any more,
+    /// or have lost their marks; the marks of `changed` have changed since the last frame.
     pub fn begin_frame(
         &mut self,
         gone: impl Iterator<Item = Entity>,

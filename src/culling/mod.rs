@@ -1,35 +1,37 @@
 //! View culling: Bevy's own visibility, without touching what is not seen.
 //!
-//! [`ViewCullingPlugin`] takes the place of Bevy's frustum culling for cameras and for the shadow maps of lights, with the
-//! same answers in the same places: [`VisibleEntities`], [`ViewVisibility`], and the lists of lights. Renderers, extraction,
-//! picking and the code of games notice nothing but the time. [`VisibleSet`] tells games what each camera sees.
+//! [`ViewCullingPlugin`] takes the place of Bevy's frustum culling for cameras and for the shadow maps of lights, with
+//! the same answers in the same places: [`VisibleEntities`], [`ViewVisibility`], and the lists of lights. Renderers,
+//! extraction, picking and the code of games notice nothing but the time. [`VisibleSet`] tells games what each camera
+//! sees.
 //!
 //! # What it costs
 //!
 //! Bevy tests every entity for every camera, cascade, cube face and spot light, in every frame. Here the tree of the
-//! [`SpatialIndex`](crate::index::SpatialIndex) is asked: what lies wholly inside of a frustum is accepted as a whole, what lies outside is never
-//! touched, and Bevy's tests, with their rounding, decide only what a plane of the frustum cuts. Of what is seen, only what
-//! was not seen in the last frame, or has changed, is looked at and written: the sorted lists are amended.
+//! [`SpatialIndex`](crate::index::SpatialIndex) is asked: what lies wholly inside of a frustum is accepted as a whole,
+//! what lies outside is never touched, and Bevy's tests, with their rounding, decide only what a plane of the frustum
+//! cuts. Of what is seen, only what was not seen in the last frame, or has changed, is looked at and written: the sorted
+//! lists are amended. While nothing moves, neither the world nor the view, the tree is not asked either.
 //!
 //! # What is not in the tree
 //!
-//! Skinned and morphed meshes, whose boxes in the index are those of their poses, entities with a `Sphere` and no `Aabb`, and
-//! what is [left out of the index](crate::index) are tested one by one, as Bevy does. What has neither bounds nor the wish
-//! to be culled costs nothing from frame to frame.
+//! Skinned and morphed meshes, whose boxes in the index are those of their poses, entities with a `Sphere` and no
+//! `Aabb`, and what is [left out of the index](crate::index) are tested one by one, as Bevy does. What has neither
+//! bounds nor the wish to be culled costs nothing from frame to frame.
 //!
 //! # Marks of others
 //!
-//! Systems that mark entities by [`SetViewVisibility`] belong into [`VisibilitySystems::CheckVisibility`], as Bevy has it, and
-//! are found out by the change ticks that they leave. From [`VisibilitySystems::CheckVisibility`] on every `ViewVisibility` is
-//! as Bevy has it, and has changed when it changes there. Before, where Bevy has it tell of nothing that it is visible, it tells
-//! here of the last frame, except for what no camera sees any more.
+//! Systems that mark entities by [`SetViewVisibility`] belong into [`VisibilitySystems::CheckVisibility`], as Bevy has
+//! it, and are found out by the change ticks that they leave. From [`VisibilitySystems::CheckVisibility`] on every
+//! `ViewVisibility` is as Bevy has it, and has changed when it changes there. Before, where Bevy has it tell of nothing
+//! that it is visible, it tells here of the last frame, except for what no camera sees any more.
 //!
 //! # What it cannot know
 //!
-//! The index is of the time of [`SpatialIndexSystems::Sync`]: whoever moves `GlobalTransform`s or changes `Aabb`s after that
-//! and before [`VisibilitySystems::CheckVisibility`] is seen where they were. While `Sync` is paused, everything is tested one
-//! by one. A component that [disables](bevy::ecs::entity_disabling) entities, other than `Disabled`, is noticed by the number
-//! of those that are left.
+//! The index is of the time of [`SpatialIndexSystems::Sync`]: whoever moves `GlobalTransform`s or changes `Aabb`s after
+//! that and before [`VisibilitySystems::CheckVisibility`] is seen where they were. While `Sync` is paused, everything
+//! is tested one by one. A component that [disables](bevy::ecs::entity_disabling) entities, other than `Disabled`, is
+//! noticed by the number of those that are left.
 //!
 //! [`SetViewVisibility`]: bevy::camera::visibility::SetViewVisibility
 //! [`ViewVisibility`]: bevy::camera::visibility::ViewVisibility
@@ -77,10 +79,12 @@ use view::View;
 /// When views are culled; all in `PostUpdate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
 pub enum ViewCullingSystems {
-    /// What cameras have in sight is found. After frusta and the [`SpatialIndex`](crate::index::SpatialIndex) are brought up to date, before
+    /// What cameras have in sight is found. After frusta and the [`SpatialIndex`](crate::index::SpatialIndex) are
+    /// brought up to date, before
     /// [`VisibilitySystems::CheckVisibility`].
     Find,
-    /// It is written to `VisibleEntities`, [`VisibleSet`] and `ViewVisibility`. In [`VisibilitySystems::CheckVisibility`].
+    /// It is written to `VisibleEntities`, [`VisibleSet`] and `ViewVisibility`. In
+    /// [`VisibilitySystems::CheckVisibility`].
     Write,
     /// The same for the shadow maps of lights. In [`SimulationLightSystems::CheckLightVisibility`].
     Lights,
@@ -105,8 +109,8 @@ impl Default for ViewCullingSettings {
 
 /// Culls for cameras and lights by the index, in the place of Bevy's own systems: see [`culling`](self).
 ///
-/// Needs Bevy's `CameraPlugin`, and for lights its `LightPlugin`, which are among its `DefaultPlugins`; does nothing without
-/// them. Adds [`SpatialIndexPlugin`] by itself.
+/// Needs Bevy's `CameraPlugin`, and for lights its `LightPlugin`, which are among its `DefaultPlugins`; does nothing
+/// without them. Adds [`SpatialIndexPlugin`] by itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ViewCullingPlugin;
 

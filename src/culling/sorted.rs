@@ -36,7 +36,8 @@ pub(super) fn amend(
     std::mem::swap(list, buffer);
 }
 
-/// How many come before `entity`: found in steps that double (Bentley and Yao 1976), for it is mostly near the beginning.
+/// How many come before `entity`: found in steps that double (Bentley and Yao 1976), for it is mostly near the
+/// beginning.
 fn first_not_below(list: &[Entity], entity: Entity) -> usize {
     let mut end = 1;
     while end < list.len() && list[end - 1] < entity {

@@ -18,9 +18,9 @@ use crate::index::SpatialIndex;
 
 /// All entities that a camera sees, whatever their visibility class, as of the last `PostUpdate`.
 ///
-/// On every camera, as [`ViewCullingPlugin`](super::ViewCullingPlugin) requires it. It holds everything that is not hidden,
-/// on a layer of the camera, in range, and not wholly out of its frustum, also what is not drawn. While the camera is not
-/// active, or [culling is left to Bevy](super::ViewCullingSettings::enabled), it stays as it was.
+/// On every camera, as [`ViewCullingPlugin`](super::ViewCullingPlugin) requires it. It holds everything that is not
+/// hidden, on a layer of the camera, in range, and not wholly out of its frustum, also what is not drawn. While the
+/// camera is not active, or [culling is left to Bevy](super::ViewCullingSettings::enabled), it stays as it was.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -108,8 +108,8 @@ impl VisibleSet {
             .filter_map(|&entity| Some((entity, index.aabb(entity)?)))
     }
 
-    /// The same, nearest first as a camera at `eye` has it, written over `visible`: by the nearest point of the world box
-    /// along the axis of the camera, and at one depth by entity.
+    /// The same, nearest first as a camera at `eye` has it, written over `visible`: by the nearest point of the world
+    /// box along the axis of the camera, and at one depth by entity.
     pub fn front_to_back(&self, index: &SpatialIndex, eye: &GlobalTransform, visible: &mut Vec<VisibleEntity>) {
         let forward = Vec3A::from(*eye.forward());
         let origin = forward.dot(eye.translation_vec3a());

@@ -1,8 +1,8 @@
 //! What lies within half-spaces, sorted by how surely: what views are culled by.
 //!
 //! A box that is inside of a plane is so with all that it contains, so that each plane is tested only as far down as it
-//! cuts (Assarsson and Möller, *Optimized View Frustum Culling Algorithms for Bounding Boxes*, 2000, §3.3: masking). Below a
-//! node that no plane cuts, everything is found as a slice.
+//! cuts (Assarsson and Möller, *Optimized View Frustum Culling Algorithms for Bounding Boxes*, 2000, §3.3: masking).
+//! Below a node that no plane cuts, everything is found as a slice.
 
 use std::ops::ControlFlow;
 
@@ -32,8 +32,8 @@ pub(crate) struct HalfSpaces {
     ball: Option<Ball>,
 }
 
-/// A ball that decides too: it is held against the shape in a box, which is symmetric about its own centre, by the nearest
-/// point of the shape along the line between the centres.
+/// A ball that decides too: it is held against the shape in a box, which is symmetric about its own centre, by the
+/// nearest point of the shape along the line between the centres.
 #[derive(Clone, Debug)]
 struct Ball {
     /// What is in here passes.
@@ -96,8 +96,8 @@ impl HalfSpaces {
         self
     }
 
-    /// Whether the centre of a box is inside of all half-spaces by more than rounding, where no ball decides too: then so
-    /// is some point of everything that has the same centre.
+    /// Whether the centre of a box is inside of all half-spaces by more than rounding, where no ball decides too: then
+    /// so is some point of everything that has the same centre.
     pub fn surely_have_center(&self, aabb: &Aabb3d) -> bool {
         let center = (aabb.min + aabb.max) * 0.5;
         let magnitude = aabb.min.abs().max(aabb.max.abs());
@@ -118,8 +118,8 @@ impl Ball {
     /// The lanes whose boxes have nothing in them that could pass.
     ///
     /// A shape that is symmetric about its centre `c` lies in a box with centre `w` and half extents `h`. With a point
-    /// `c + δ` it has `c - δ`, so that `|c - w| + |δ| <= h` along every axis, and the lengths of the two add up to no more
-    /// than the half extents do: no point of the shape is nearer, along any line, than `w` but for their sum.
+    /// `c + δ` it has `c - δ`, so that `|c - w| + |δ| <= h` along every axis, and the lengths of the two add up to no
+    /// more than the half extents do: no point of the shape is nearer, along any line, than `w` but for their sum.
     #[inline(always)]
     fn is_far_from<S: Simd>(&self, simd: S, boxes: Boxes) -> u32 {
         let half = simd.splat(0.5);
@@ -141,9 +141,9 @@ impl Ball {
 }
 
 impl<K: Copy> AabbTree<K> {
-    /// Begins a walk through what has a bit of `mask` and may be inside of half-spaces: goes down until as many nodes as
-    /// `parts` are open, each of which can be [walked](Self::walk) by itself, and visits what it finds on the way. What is
-    /// found has a bit of the mask, or shares a subtree with what has.
+    /// Begins a walk through what has a bit of `mask` and may be inside of half-spaces: goes down until as many nodes
+    /// as `parts` are open, each of which can be [walked](Self::walk) by itself, and visits what it finds on the way.
+    /// What is found has a bit of the mask, or shares a subtree with what has.
     pub(crate) fn open(
         &self,
         half_spaces: &HalfSpaces,
