@@ -2,11 +2,11 @@
 
 use bevy::{
     asset::AssetPlugin,
-    camera::CameraPlugin,
+    camera::{CameraPlugin, visibility::VisibilitySystems},
     gizmos::GizmoPlugin,
     image::ImagePlugin,
     light::LightPlugin,
-    mesh::{MeshPlugin, skinning::SkinnedMeshInverseBindposes},
+    mesh::{MeshPlugin, mark_3d_meshes_as_changed_if_their_assets_changed, skinning::SkinnedMeshInverseBindposes},
     prelude::*,
     tasks::{ComputeTaskPool, TaskPool},
     window::WindowPlugin,
@@ -66,6 +66,11 @@ fn app(add_plugins: impl FnOnce(&mut App)) -> App {
         run_scripts,
         spot,
     ));
+    // Bevy leaves open which of the two comes first, and with that in which frame bounds follow an edited mesh.
+    app.configure_sets(
+        PostUpdate,
+        VisibilitySystems::CalculateBounds.after(mark_3d_meshes_as_changed_if_their_assets_changed),
+    );
     add_plugins(&mut app);
     app.finish();
     app.cleanup();
