@@ -1,6 +1,6 @@
 //! The frustum, the nodes of the tree that it makes one look at, and the figures.
 
-use std::any::TypeId;
+use std::{any::TypeId, time::Duration};
 
 use bevy::{
     camera::{
@@ -11,6 +11,7 @@ use bevy::{
     color::palettes::tailwind::{AMBER_400, EMERALD_400, ROSE_600},
     gizmos::config::{DefaultGizmoConfigGroup, GizmoConfigStore},
     prelude::*,
+    time::common_conditions::on_timer,
 };
 use bevy_sightline::{culling::ViewCullingSettings, prelude::*};
 
@@ -23,8 +24,8 @@ use crate::{
     views::MARKS,
 };
 
-/// How many frames are measured of each method before one may choose.
-const TRIAL: usize = 20;
+/// For how many frames Bevy culls at first, to be compared with.
+const TRIAL: usize = 10;
 
 const HELP: &str = "\
 Space: who culls    B: boxes of the tree    V: view from above    F: hold still
@@ -44,11 +45,27 @@ struct ShowBoxes(bool);
 #[derive(Component)]
 struct Figures;
 
+/// Whether Bevy has culled for comparison.
+#[derive(Default)]
+enum Trial {
+    #[default]
+    ToCome,
+    Running,
+    Over,
+}
+
 pub fn plugin(app: &mut App) {
     app.init_resource::<Counts>()
         .insert_resource(ShowBoxes(true))
         .add_systems(Startup, set_up)
-        .add_systems(Update, (choose_method, show_boxes, tell))
+        .add_systems(
+            Update,
+            (
+                choose_method,
+                show_boxes,
+                tell.run_if(on_timer(Duration::from_millis(200))),
+            ),
+        )
         .add_systems(
             PostUpdate,
             (draw_frustum, draw_nodes)
@@ -64,19 +81,30 @@ fn set_up(mut commands: Commands, mut gizmos: ResMut<GizmoConfigStore>) {
     commands.spawn(panel(Figures, "loading"));
 }
 
-/// Measures both methods for a while, and leaves the choice to Space from then on.
+/// Lets Bevy cull for some frames when all is loaded, and leaves the choice to Space from then on.
 fn choose_method(
     keys: Res<ButtonInput<KeyCode>>,
-    watch: Res<Stopwatch>,
+    things: Query<&Mesh3d>,
+    meshes: Res<Assets<Mesh>>,
+    mut watch: ResMut<Stopwatch>,
     mut settings: ResMut<ViewCullingSettings>,
-    mut tried: Local<bool>,
+    mut trial: Local<Trial>,
 ) {
-    if !*tried {
-        let bevy_was = watch.culling(Method::Bevy).len() >= TRIAL;
-        settings.enabled = bevy_was;
-        *tried = bevy_was;
-    } else if keys.just_pressed(KeyCode::Space) {
-        settings.enabled = !settings.enabled;
+    match *trial {
+        Trial::ToCome => {
+            if things.iter().all(|mesh| meshes.contains(mesh)) {
+                watch.forget();
+                settings.enabled = false;
+                *trial = Trial::Running;
+            }
+        }
+        Trial::Running => {
+            if watch.culling(Method::Bevy).len() >= TRIAL {
+                settings.enabled = true;
+                *trial = Trial::Over;
+            }
+        }
+        Trial::Over => settings.enabled ^= keys.just_pressed(KeyCode::Space),
     }
 }
 
@@ -133,12 +161,7 @@ fn tell(
     index: Res<SpatialIndex>,
     flying: Single<&VisibleEntities, With<FreeCamera>>,
     mut text: Single<&mut Text, With<Figures>>,
-    mut frame: Local<u32>,
 ) {
-    *frame += 1;
-    if !frame.is_multiple_of(10) {
-        return;
-    }
     let mark = |chosen| if chosen { ">" } else { " " };
     let Counts {
         inside,
