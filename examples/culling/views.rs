@@ -9,7 +9,7 @@ use bevy::{
     window::PrimaryWindow,
 };
 
-use crate::{options::Options, plan::Plan, scenery::Ground};
+use crate::{options::Options, plan::Plan, scenery::Ground, stopwatch::Stopwatch};
 
 /// What only the view from above shows.
 pub const MARKS: usize = 1;
@@ -145,6 +145,7 @@ fn show_overview(
     overview: Single<(Entity, &mut Camera), With<Overview>>,
     flying: Single<Entity, With<FreeCamera>>,
     mut frame: Single<&mut Visibility, With<InsetFrame>>,
+    mut watch: ResMut<Stopwatch>,
 ) {
     if !keys.just_pressed(KeyCode::KeyV) {
         return;
@@ -152,6 +153,8 @@ fn show_overview(
     let (overview, mut camera) = overview.into_inner();
     camera.is_active = !camera.is_active;
     frame.toggle_inherited_hidden();
+    // One view costs less than two.
+    watch.forget();
     let (shows, other) = if camera.is_active {
         (overview, *flying)
     } else {
