@@ -15,6 +15,8 @@
 //! prints what was found, the time per pick beside that of Bevy's `MeshRayCast` on the same rays, and where it put a
 //! picture of the view, made by casting a ray per pixel.
 
+#[path = "../shared/command_line.rs"]
+mod command_line;
 mod headless;
 mod interaction;
 mod options;
@@ -37,13 +39,9 @@ use bevy_sightline::prelude::*;
 use options::Options;
 
 fn main() -> AppExit {
-    let options = match Options::parse(std::env::args().skip(1)) {
-        Ok(Some(options)) => options,
-        Ok(None) => return AppExit::Success,
-        Err(message) => {
-            eprintln!("{message}");
-            return AppExit::error();
-        }
+    let options = match command_line::read(Options::parse) {
+        Ok(options) => options,
+        Err(exit) => return exit,
     };
     let headless = options.headless;
     let mut app = App::new();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use bevy::prelude::Resource;
 
-use crate::shared;
+use crate::{command_line::number, shared};
 
 const HELP: &str = "\
 Options of the city:
@@ -39,8 +39,8 @@ impl Options {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value\n\n{HELP}"));
             match argument.as_str() {
                 "--headless" => options.headless = true,
-                "--blocks" => options.blocks = number(&value()?)?,
-                "--frames" => options.frames = number(&value()?)?,
+                "--blocks" => options.blocks = number(&value()?, HELP)?,
+                "--frames" => options.frames = number(&value()?, HELP)?,
                 "--report" => options.report = Some(value()?.into()),
                 "--picture" => options.picture = value()?.into(),
                 "--help" | "-h" => {
@@ -51,12 +51,5 @@ impl Options {
             }
         }
         Ok(Some(options))
-    }
-}
-
-fn number(text: &str) -> Result<u32, String> {
-    match text.parse() {
-        Ok(number) if number > 0 => Ok(number),
-        _ => Err(format!("{text} is not a number above zero\n\n{HELP}")),
     }
 }

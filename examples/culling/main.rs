@@ -16,6 +16,8 @@
 //!
 //! **Headless** flies one round with each, checks in each frame that both keep the same things, and prints the figures.
 
+#[path = "../shared/command_line.rs"]
+mod command_line;
 #[path = "../shared/panel.rs"]
 mod panel;
 #[path = "../city/plan.rs"]
@@ -39,13 +41,9 @@ use bevy_sightline::prelude::*;
 use options::Options;
 
 fn main() -> AppExit {
-    let options = match Options::parse(std::env::args().skip(1)) {
-        Ok(Some(options)) => options,
-        Ok(None) => return AppExit::Success,
-        Err(message) => {
-            eprintln!("{message}");
-            return AppExit::error();
-        }
+    let options = match command_line::read(Options::parse) {
+        Ok(options) => options,
+        Err(exit) => return exit,
     };
     let headless = options.headless;
     let mut app = App::new();

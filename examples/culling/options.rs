@@ -2,7 +2,7 @@
 
 use bevy::prelude::Resource;
 
-use crate::shared;
+use crate::{command_line::number, shared};
 
 const HELP: &str = "\
 Options of culling:
@@ -31,8 +31,8 @@ impl Options {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value\n\n{HELP}"));
             match argument.as_str() {
                 "--headless" => options.headless = true,
-                "--blocks" => options.blocks = number(&value()?)?,
-                "--frames" => options.frames = number(&value()?)?,
+                "--blocks" => options.blocks = number(&value()?, HELP)?,
+                "--frames" => options.frames = number(&value()?, HELP)?,
                 "--help" | "-h" => {
                     println!("{HELP}");
                     return Ok(None);
@@ -41,12 +41,5 @@ impl Options {
             }
         }
         Ok(Some(options))
-    }
-}
-
-fn number(text: &str) -> Result<u32, String> {
-    match text.parse() {
-        Ok(number) if number > 0 => Ok(number),
-        _ => Err(format!("{text} is not a number above zero\n\n{HELP}")),
     }
 }

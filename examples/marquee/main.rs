@@ -15,6 +15,8 @@
 //! **Headless** runs the same scene without a window or a GPU, draws a box and a lasso with a synthetic mouse, and holds
 //! what was selected against every triangle of the city, projected to the screen in double precision.
 
+#[path = "../shared/command_line.rs"]
+mod command_line;
 mod drawing;
 mod headless;
 mod marquee;
@@ -37,13 +39,9 @@ use bevy_sightline::prelude::*;
 use options::Options;
 
 fn main() -> AppExit {
-    let options = match Options::parse(std::env::args().skip(1)) {
-        Ok(Some(options)) => options,
-        Ok(None) => return AppExit::Success,
-        Err(message) => {
-            eprintln!("{message}");
-            return AppExit::error();
-        }
+    let options = match command_line::read(Options::parse) {
+        Ok(options) => options,
+        Err(exit) => return exit,
     };
     let headless = options.headless;
     let mut app = App::new();

@@ -2,7 +2,7 @@
 
 use bevy::prelude::Resource;
 
-use crate::shared;
+use crate::{command_line::number, shared};
 
 const HELP: &str = "\
 Options of marquee:
@@ -23,16 +23,10 @@ impl Options {
         let mut headless = !shared::has_display();
         let mut blocks = None;
         while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().ok_or(format!("{argument} needs a value\n\n{HELP}"));
             match argument.as_str() {
                 "--headless" => headless = true,
-                "--blocks" => {
-                    let number = arguments.next().and_then(|number| number.parse().ok());
-                    blocks = Some(
-                        number
-                            .filter(|&number| number > 0)
-                            .ok_or(format!("--blocks needs a number above zero\n\n{HELP}"))?,
-                    );
-                }
+                "--blocks" => blocks = Some(number(&value()?, HELP)?),
                 "--help" | "-h" => {
                     println!("{HELP}");
                     return Ok(None);

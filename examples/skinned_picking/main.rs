@@ -16,6 +16,8 @@
 //! frame, and prints whether the hits are where a skinning of the model in double precision says, what they cost, and
 //! where it put a picture of the view, made by casting a ray per pixel.
 
+#[path = "../shared/command_line.rs"]
+mod command_line;
 mod compare;
 mod headless;
 mod marks;
@@ -37,13 +39,9 @@ use bevy_sightline::prelude::*;
 use options::{Mode, Options};
 
 fn main() -> AppExit {
-    let options = match Options::parse(std::env::args().skip(1)) {
-        Ok(Some(options)) => options,
-        Ok(None) => return AppExit::Success,
-        Err(message) => {
-            eprintln!("{message}");
-            return AppExit::error();
-        }
+    let options = match command_line::read(Options::parse) {
+        Ok(options) => options,
+        Err(exit) => return exit,
     };
     let mode = options.mode;
     // A model may be anywhere.

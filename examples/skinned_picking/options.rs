@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use bevy::prelude::Resource;
 
-use crate::shared;
+use crate::{command_line::number, shared};
 
 const HELP: &str = "\
 Options of skinned_picking:
@@ -55,8 +55,8 @@ impl Options {
                     let file = value()?;
                     options.model = std::path::absolute(&file).map_err(|error| format!("{file}: {error}"))?;
                 }
-                "--foxes" => options.foxes = number(&value()?)?,
-                "--frames" => options.frames = number(&value()?)?,
+                "--foxes" => options.foxes = number(&value()?, HELP)?,
+                "--frames" => options.frames = number(&value()?, HELP)?,
                 "--picture" => options.picture = value()?.into(),
                 "--help" | "-h" => {
                     println!("{HELP}");
@@ -69,12 +69,5 @@ impl Options {
             options.mode = Mode::Headless;
         }
         Ok(Some(options))
-    }
-}
-
-fn number(text: &str) -> Result<u32, String> {
-    match text.parse() {
-        Ok(number) if number > 0 => Ok(number),
-        _ => Err(format!("{text} is not a number above zero\n\n{HELP}")),
     }
 }
