@@ -8,24 +8,18 @@ use std::{
 use bevy::{
     app::MainScheduleOrder,
     asset::AssetEventSystems,
-    camera::{
-        CameraPlugin,
-        visibility::{
-            VisibilityPlugin, VisibilitySystems, VisibleEntities, calculate_bounds, check_visibility_cpu_culling,
-        },
+    camera::visibility::{
+        VisibilityPlugin, VisibilitySystems, VisibleEntities, calculate_bounds, check_visibility_cpu_culling,
     },
     ecs::schedule::{InternedSystemSet, IntoSystemSet, ScheduleCleanupPolicy, ScheduleLabel, SystemSet},
-    image::ImagePlugin,
-    input::InputPlugin,
     light::SimulationLightSystems,
-    mesh::MeshPlugin,
     prelude::*,
     transform::TransformSystems,
-    window::WindowPlugin,
 };
 use bevy_sightline::{index::SyncStats, prelude::*};
 
 use super::scene::Scene;
+use crate::headless;
 
 /// Entities are spawned so many a frame.
 const BATCH: usize = 100_000;
@@ -74,17 +68,7 @@ pub(super) struct Side {
 
 impl Side {
     pub(super) fn new(kind: Kind, scene: &Scene, add_plugins: impl FnOnce(&mut App)) -> Self {
-        let mut app = App::new();
-        app.add_plugins((
-            MinimalPlugins,
-            TransformPlugin,
-            AssetPlugin::default(),
-            ImagePlugin::default(),
-            MeshPlugin,
-            WindowPlugin::default(),
-            CameraPlugin,
-            InputPlugin,
-        ));
+        let mut app = headless::app();
         add_plugins(&mut app);
         if kind == Kind::Ours {
             app.add_plugins(ViewCullingPlugin);
