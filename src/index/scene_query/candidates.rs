@@ -60,10 +60,7 @@ impl<'a> Candidate<'a, '_, '_> {
         let scene = self.scene;
         let placed = scene.index.surface(self.key.slot)?;
         let triangles = |mesh| {
-            let triangles = match placed.pose {
-                Some(_) => TrianglesRef::of_posed(scene.posed(placed)?),
-                None => scene.meshes.used_slot(mesh)?.tested()?,
-            };
+            let triangles = scene.tested(placed, scene.meshes.used_slot(mesh)?)?;
             Some(CandidateSurface::Triangles(CandidateTriangles(triangles)))
         };
         let surface = match placed.shape {
