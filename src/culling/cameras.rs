@@ -69,6 +69,7 @@ pub(super) fn find_visible(
                     layers: layers.unwrap_or_default().clone(),
                     audience: Record::FOR_CAMERAS,
                     sees_everywhere,
+                    range_origin: Some(camera),
                 },
                 view: views.remove(&ViewKey::Camera(camera)).unwrap_or_default(),
             });
@@ -132,11 +133,14 @@ pub(super) fn write_visible(
         ..
     } = &mut *culling;
     for Looking { camera, mut view, .. } in looking.drain(..) {
-        for number in std::mem::take(&mut view.undecided) {
+        // Not drained, but kept for its memory.
+        let undecided = std::mem::take(&mut view.undecided);
+        for &number in &undecided {
             let entity = candidates.record(number).entity;
             let is_in_range = |ranges: &VisibleEntityRanges| ranges.entity_is_in_range_of_view(entity, camera);
             view.note(number, ranges.as_deref().is_none_or(is_in_range), candidates);
         }
+        view.undecided = undecided;
         turnover.count(&mut view, Record::FOR_CAMERAS, candidates);
         view.changes.sort_unstable_by_key(|change| change.entity);
         if let Ok((mut visible, set, reports)) = cameras.get_mut(camera) {

@@ -76,9 +76,9 @@ pub(super) struct Record {
     /// [`Entity::PLACEHOLDER`] if nobody with this index is a candidate.
     pub entity: Entity,
     /// By how many cameras it is seen.
-    pub cameras: u32,
+    cameras: u32,
     /// In how many shadow maps it is seen.
-    pub shadow_maps: u32,
+    shadow_maps: u32,
     pub classes: ClassId,
     facts: u16,
 }
@@ -112,12 +112,12 @@ impl Record {
     pub const FOR_CASCADES: u16 = 1 << 2;
     /// It has what point lights and spot lights look for.
     pub const FOR_LOCAL_LIGHTS: u16 = 1 << 3;
-    /// It has a `ViewVisibility`.
-    const HAS_MARK: u16 = 1 << 6;
     /// It is on other layers than those that entities are on by default.
     pub const ON_LAYERS: u16 = 1 << 4;
     /// It has a `VisibilityRange`.
     pub const RANGED: u16 = 1 << 5;
+    /// It has a `ViewVisibility`.
+    const HAS_MARK: u16 = 1 << 6;
 
     #[inline]
     pub fn is(&self, facts: u16) -> bool {
@@ -264,6 +264,17 @@ impl Candidates {
             self.shadow_map_len -= usize::from(!is_camera);
         }
         Some(count)
+    }
+
+    /// Whether cameras, or shadow maps, see an entity.
+    pub fn is_seen_by(&self, audience: u16, entity: Entity) -> bool {
+        let number = entity.index_u32();
+        let seen = if audience == Record::FOR_CAMERAS {
+            &self.by_cameras
+        } else {
+            &self.in_shadow_maps
+        };
+        self.record(number).entity == entity && seen.contains(number)
     }
 
     /// All that is seen in shadow maps.

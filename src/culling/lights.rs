@@ -27,7 +27,7 @@ use super::{
     marks::ViewVisibilities,
     shape::{ViewKind, ViewShape},
     sorted::amend,
-    view::{Bounds, Change, Layers, Request, Sights, View, look},
+    view::{Bounds, Change, Layers, Request, Sights, View, come, gone, look},
 };
 use crate::index::SpatialIndex;
 
@@ -39,8 +39,6 @@ pub(super) struct Shadow {
     view: View,
     /// Whether its list is as it was left.
     is_untouched: bool,
-    /// From where it is decided what is in which range, if there is such a place.
-    lod_origin: Option<Entity>,
 }
 
 /// The lights with what they see.
@@ -122,7 +120,7 @@ pub(super) fn cull_lights(
     } = &mut *culling;
     let buffers = &mut *buffers;
     let shadows = &mut buffers.shadows;
-    let mut begin = |key: ViewKey, shape, layers: Option<&RenderLayers>, audience, lod_origin, written: Tick| {
+    let mut begin = |key: ViewKey, shape, layers: Option<&RenderLayers>, audience, range_origin, written: Tick| {
         let view = views.remove(&key).unwrap_or_default();
         shadows.push(Shadow {
             key,
@@ -132,10 +130,10 @@ pub(super) fn cull_lights(
                 layers: layers.unwrap_or_default().clone(),
                 audience,
                 sees_everywhere: false,
+                range_origin,
             },
             is_untouched: view.written == Some(written),
             view,
-            lod_origin,
         });
     };
 
@@ -215,16 +213,16 @@ pub(super) fn cull_lights(
         bounds: &bounds,
         layers: &layers,
     };
-    let origins: Vec<Option<Entity>> = shadows.iter().map(|shadow| shadow.lod_origin).collect();
     let mut pairs: Vec<_> = shadows
         .iter_mut()
         .map(|shadow| (&shadow.request, &mut shadow.view))
         .collect();
-    look(&mut pairs, sights, |number, entity| {
+    look(&mut pairs, sights, |request, entity| {
         let Some(ranges) = ranges.as_deref() else {
             return Some(true);
         };
-        Some(origins[number].is_some_and(|origin| ranges.entity_is_in_range_of_view(entity, origin)))
+        let sees = |origin| ranges.entity_is_in_range_of_view(entity, origin);
+        Some(request.range_origin.is_some_and(sees))
     });
 
     // Whoever is no camera and has not looked is a light that does not any more.
@@ -299,14 +297,6 @@ impl Lists {
             shadow.view.list_all(candidates, &mut self.changes);
             &self.changes
         };
-        let gone = all
-            .iter()
-            .filter(|change| change.has_gone())
-            .map(|change| change.entity);
-        let come = all
-            .iter()
-            .filter(|change| change.has_come())
-            .map(|change| change.entity);
-        amend(list, gone, come, &mut self.buffer);
+        amend(list, gone(all), come(all), &mut self.buffer);
     }
 }

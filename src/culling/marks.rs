@@ -146,9 +146,11 @@ impl Marks {
                 self.look_at(entity, visibility.get(), candidates);
             }
         }
-        for entity in std::mem::take(&mut self.foreign) {
+        let mut foreign = std::mem::take(&mut self.foreign);
+        for entity in foreign.drain(..) {
             self.set_back(entity, visibilities);
         }
+        self.foreign = foreign;
     }
 
     /// Finds out who has been marked or unmarked by others.
@@ -158,7 +160,7 @@ impl Marks {
             if self.lit.insert(number) {
                 self.foreign.push(entity);
             }
-        } else if !is_marked {
+        } else {
             self.lit.remove(number);
             if is_seen(entity, candidates) {
                 self.unmarked.push(entity);
@@ -216,44 +218,22 @@ impl Marks {
         candidates: &Candidates,
         visibilities: &mut ViewVisibilities,
     ) {
-        let sees = |entity: Entity| {
-            let record = candidates.record(entity.index_u32());
-            let is_camera = audience == Record::FOR_CAMERAS;
-            record.entity == entity && (if is_camera { record.cameras } else { record.shadow_maps }) > 0
-        };
+        let sees = |entity: Entity| candidates.is_seen_by(audience, entity);
         for entity in appeared.filter(|&entity| sees(entity)) {
-            self.mark_one(entity, visibilities);
+            mark_one(entity, visibilities, &mut self.lit, &mut self.fresh);
         }
-        for entity in std::mem::take(&mut self.unmarked) {
-            if sees(entity) {
-                self.mark_one(entity, visibilities);
-            } else {
-                self.unmarked.push(entity);
+        // To mark twice does no harm.
+        for list in [&self.unmarked, &self.set_back] {
+            for &entity in list.iter().filter(|&&entity| sees(entity)) {
+                mark_one(entity, visibilities, &mut self.lit, &mut self.fresh);
             }
-        }
-        for place in 0..self.set_back.len() {
-            let entity = self.set_back[place];
-            if sees(entity) {
-                self.mark_one(entity, visibilities);
-            }
-        }
-    }
-
-    fn mark_one(&mut self, entity: Entity, visibilities: &mut ViewVisibilities) {
-        if let Ok((_, mut visibility)) = visibilities.get_mut(entity) {
-            visibility.set_visible();
-            // Others may have marked it in this frame.
-            if *visibility != ViewVisibility::VISIBLE {
-                self.fresh.push(entity);
-            }
-            self.lit.insert(entity.index_u32());
         }
     }
 
     /// Ends a frame: hides what was visible and is not marked.
     pub fn hide_unseen(&mut self, candidates: &Candidates, visibilities: &mut ViewVisibilities) {
         self.unmarked.clear();
-        for entity in std::mem::take(&mut self.set_back) {
+        for entity in self.set_back.drain(..) {
             let Ok((_, mut visibility)) = visibilities.get_mut(entity) else {
                 continue;
             };
@@ -270,9 +250,24 @@ impl Marks {
     }
 }
 
+/// Marks an entity, and notes that it is marked, and perhaps newly.
+fn mark_one(entity: Entity, visibilities: &mut ViewVisibilities, lit: &mut Bits, fresh: &mut Vec<Entity>) {
+    if let Ok((_, mut visibility)) = visibilities.get_mut(entity) {
+        visibility.set_visible();
+        // Others may have marked it in this frame.
+        if *visibility != ViewVisibility::VISIBLE {
+            fresh.push(entity);
+        }
+        lit.insert(entity.index_u32());
+    }
+}
+
+/// Whether any view sees an entity.
 fn is_seen(entity: Entity, candidates: &Candidates) -> bool {
-    let record = candidates.record(entity.index_u32());
-    record.entity == entity && record.cameras + record.shadow_maps > 0
+    let audiences = [Record::FOR_CAMERAS, Record::FOR_CASCADES];
+    audiences
+        .into_iter()
+        .any(|audience| candidates.is_seen_by(audience, entity))
 }
 
 /// Does something silently with every entity that is seen in a shadow map, and perhaps with others.

@@ -80,8 +80,7 @@ use view::View;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
 pub enum ViewCullingSystems {
     /// What cameras have in sight is found. After frusta and the [`SpatialIndex`](crate::index::SpatialIndex) are
-    /// brought up to date, before
-    /// [`VisibilitySystems::CheckVisibility`].
+    /// brought up to date, before [`VisibilitySystems::CheckVisibility`].
     Find,
     /// It is written to `VisibleEntities`, [`VisibleSet`] and `ViewVisibility`. In
     /// [`VisibilitySystems::CheckVisibility`].
@@ -237,11 +236,7 @@ fn culls_lights(culling: Res<ViewCulling>, settings: Res<ViewCullingSettings>) -
     culling.replaces_lights && settings.enabled
 }
 
-fn cull_views_as_bevy(settings: Res<ViewCullingSettings>) -> bool {
-    !settings.enabled
-}
-
-fn cull_lights_as_bevy(settings: Res<ViewCullingSettings>) -> bool {
+fn is_left_to_bevy(settings: Res<ViewCullingSettings>) -> bool {
     !settings.enabled
 }
 

@@ -17,7 +17,7 @@ use bevy::{
     light::{SimulationLightSystems, check_dir_light_mesh_visibility, check_point_light_mesh_visibility},
 };
 
-use super::{cull_lights_as_bevy, cull_views_as_bevy, marks::was_visible};
+use super::{is_left_to_bevy, marks::was_visible};
 
 /// Lets Bevy's culling of views run only while it is asked to. False if it is not there.
 pub(super) fn replace_view_culling(app: &mut App) -> bool {
@@ -37,7 +37,7 @@ pub(super) fn replace_view_culling(app: &mut App) -> bool {
             check_visibility_cpu_culling.in_set(VisibilitySystems::CheckVisibility),
             mark_newly_hidden_entities_invisible.in_set(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
         )
-            .run_if(cull_views_as_bevy),
+            .run_if(is_left_to_bevy),
     );
     true
 }
@@ -52,7 +52,7 @@ pub(super) fn replace_light_culling(app: &mut App) -> bool {
     app.add_systems(
         PostUpdate,
         (check_dir_light_mesh_visibility, check_point_light_mesh_visibility)
-            .run_if(cull_lights_as_bevy)
+            .run_if(is_left_to_bevy)
             .in_set(SimulationLightSystems::CheckLightVisibility)
             .after(SimulationLightSystems::UpdateLightFrusta)
             .after(VisibilitySystems::CheckVisibility)

@@ -24,8 +24,8 @@ use crate::{
 /// In a smaller world no task is worth it.
 const LEAST_SHARED: usize = 8192;
 
-/// Subtrees for each thread, so that none has much more to do than the others.
-const PARTS_PER_THREAD: usize = 8;
+/// Subtrees for each part that is walked by itself, so that none takes much longer than the others.
+const SUBTREES_PER_PART: usize = 8;
 
 /// A camera or a shadow map, as it is in this frame.
 #[derive(Clone, Debug)]
@@ -38,6 +38,8 @@ pub(super) struct Request {
     pub audience: u16,
     /// Whether nothing is out of sight for where it is.
     pub sees_everywhere: bool,
+    /// From where it is decided what is in which range, if there is such a place.
+    pub range_origin: Option<Entity>,
 }
 
 /// A view from frame to frame.
@@ -115,14 +117,14 @@ pub(super) type Layers<'w, 's> = Query<'w, 's, &'static RenderLayers>;
 pub(super) fn look(
     views: &mut [(&Request, &mut View)],
     sights: Sights,
-    is_in_range: impl Fn(usize, Entity) -> Option<bool> + Sync,
+    is_in_range: impl Fn(&Request, Entity) -> Option<bool> + Sync,
 ) {
     let pool = ComputeTaskPool::get_or_init(TaskPool::default);
     let threads = pool.thread_num();
     if sights.index.len() < LEAST_SHARED || threads <= 1 {
-        for (number, (request, view)) in views.iter_mut().enumerate() {
+        for (request, view) in views.iter_mut() {
             request.look_around(sights, &mut view.found);
-            view.settle(request, sights, |entity| is_in_range(number, entity));
+            view.settle(request, sights, |entity| is_in_range(request, entity));
         }
         return;
     }
@@ -135,11 +137,11 @@ pub(super) fn look(
                 scope.spawn(async move { request.look_around(sights, found) });
                 continue;
             }
-            let open = request.begin(sights, parts * PARTS_PER_THREAD, found);
+            let open = request.begin(sights, parts, found);
             let Found {
                 in_tree, one_by_one, ..
             } = found;
-            for (part, found) in in_tree.iter_mut().skip(1).enumerate() {
+            for (part, found) in in_tree.iter_mut().enumerate() {
                 let mine: Vec<Open> = open.iter().copied().skip(part).step_by(parts).collect();
                 if !mine.is_empty() {
                     scope.spawn(async move { request.walk(sights, &mine, found) });
@@ -150,9 +152,9 @@ pub(super) fn look(
     });
     let is_in_range = &is_in_range;
     pool.scope(|scope| {
-        for (number, (request, view)) in views.iter_mut().enumerate() {
+        for (request, view) in views.iter_mut() {
             let (request, view) = (&**request, &mut **view);
-            scope.spawn(async move { view.settle(request, sights, |entity| is_in_range(number, entity)) });
+            scope.spawn(async move { view.settle(request, sights, |entity| is_in_range(request, entity)) });
         }
     });
 }
@@ -175,7 +177,7 @@ impl Request {
         self.test_one_by_one(sights, &mut found.one_by_one);
     }
 
-    /// Forgets what was found, and opens the tree, finding what is at its top: into so many parts, or a few more.
+    /// Forgets what was found, and opens the tree for so many parts, of which the first finds what is at its top.
     fn begin(&self, sights: Sights, parts: usize, found: &mut Found) -> Vec<Open> {
         found.one_by_one.clear();
         let known = found.question.as_ref().filter(|_| !sights.has_changed);
@@ -188,15 +190,15 @@ impl Request {
             return Vec::new();
         }
         found.question = Some((self.shape.clone(), self.layers.clone()));
-        let tasks = 1 + if parts > 1 { parts / PARTS_PER_THREAD } else { 0 };
-        found.in_tree.resize_with(tasks, Bits::default);
+        found.in_tree.resize_with(parts, Bits::default);
+        let subtrees = if parts > 1 { parts * SUBTREES_PER_PART } else { 1 };
         let mut finder = Finder {
             request: self,
             sights,
             found: &mut found.in_tree[0],
         };
         let tree = sights.index.tree();
-        tree.open(&self.shape.half_spaces, self.mask(), parts, &mut finder)
+        tree.open(&self.shape.half_spaces, self.mask(), subtrees, &mut finder)
     }
 
     fn walk(&self, sights: Sights, open: &[Open], found: &mut Bits) {
@@ -388,4 +390,20 @@ impl View {
         }));
         changes.sort_unstable_by_key(|change| change.entity);
     }
+}
+
+/// What has come, of some changes.
+pub(super) fn come(changes: &[Change]) -> impl Iterator<Item = Entity> + Clone + '_ {
+    changes
+        .iter()
+        .filter(|change| change.has_come())
+        .map(|change| change.entity)
+}
+
+/// What has gone, of some changes.
+pub(super) fn gone(changes: &[Change]) -> impl Iterator<Item = Entity> + Clone + '_ {
+    changes
+        .iter()
+        .filter(|change| change.has_gone())
+        .map(|change| change.entity)
 }

@@ -13,7 +13,11 @@ use bevy::{
     transform::components::GlobalTransform,
 };
 
-use super::{candidates::Candidates, sorted::amend, view::View};
+use super::{
+    candidates::Candidates,
+    sorted::amend,
+    view::{View, come, gone},
+};
 use crate::index::SpatialIndex;
 
 /// All entities that a camera sees, whatever their visibility class, as of the last `PostUpdate`.
@@ -143,10 +147,7 @@ impl VisibleSet {
             return;
         }
         let set = &mut *set;
-        let come = view.changes.iter().filter(|change| change.has_come());
-        let come = come.map(|change| change.entity);
-        let gone = view.changes.iter().filter(|change| change.has_gone());
-        let gone = gone.map(|change| change.entity);
+        let (come, gone) = (come(&view.changes), gone(&view.changes));
         amend(&mut set.entities, gone.clone(), come.clone(), buffer);
         set.entered.clear();
         set.entered.extend(come);
