@@ -41,6 +41,7 @@ pub mod index;
 pub mod mesh;
 #[cfg(feature = "picking")]
 pub mod picking;
+pub mod raster;
 pub mod selection;
 pub mod spatial;
 #[cfg(feature = "sprite")]

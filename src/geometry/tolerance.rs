@@ -129,3 +129,22 @@ pub const SQUARE_UNDERFLOW: f32 = 1e-22;
 /// Far below what anybody can point at, and a thousand times what double precision leaves uncertain of a place on a screen
 /// of some thousand pixels.
 pub const SCREEN_CONTACT: f64 = 1e-9;
+
+/// How far coverage of pixels errs to the safe side, in pixels: far more than double precision leaves uncertain of a
+/// place on the screen, and far less than anybody sees.
+pub const RASTER_PIXELS: f32 = 1.0 / 256.0;
+
+/// Relative slack of a line or a depth on the screen, as a fraction of the magnitudes that are added up: rounding a
+/// start, a slope and a distance to `f32`, and one product and two sums.
+pub const RASTER_LINE: f32 = 4.0 * f32::EPSILON;
+
+/// The volume that three corners in clip space must span with the eye, as a fraction of the product of their distances,
+/// for the depth between them to be told from their plane: double precision then leaves 2⁻²² of it uncertain.
+pub const RASTER_PLANE: f64 = 1.0 / (1u64 << 28) as f64;
+
+/// Relative slack of a box on the screen, as a fraction of the magnitudes that are added up to the place of a corner:
+/// four products and three sums, and the corner itself, γ₆, doubled.
+pub const RASTER_BOX: f32 = 8.0 * f32::EPSILON;
+
+/// The same for a corner in double precision: what is drawn strictly must be surer of its place than [`RASTER_PIXELS`].
+pub const RASTER_CORNER: f64 = 8.0 * f64::EPSILON;

@@ -20,6 +20,8 @@ pub(crate) const LANES: usize = 8;
 pub(crate) trait Simd: Copy {
     /// Eight `f32`.
     type F32s: Copy;
+    /// Eight `u32`.
+    type U32s: Copy;
 
     fn load(self, values: &[f32; LANES]) -> Self::F32s;
     fn splat(self, value: f32) -> Self::F32s;
@@ -45,6 +47,36 @@ pub(crate) trait Simd: Copy {
     fn transpose(self, rows: [&[f32; 4]; LANES]) -> [Self::F32s; 4];
     /// The lanes that have a bit in common with `bits`.
     fn with_any_bit(self, values: &[u32; LANES], bits: u32) -> u32;
+
+    fn div(self, a: Self::F32s, b: Self::F32s) -> Self::F32s;
+    /// The least whole numbers that are not less.
+    fn ceil(self, values: Self::F32s) -> Self::F32s;
+    /// The bits of the values.
+    fn bits(self, values: Self::F32s) -> Self::U32s;
+    /// The values of the bits.
+    fn floats(self, bits: Self::U32s) -> Self::F32s;
+    /// The first values of all columns, the second ones, and so on: undoes [`transpose`](Self::transpose).
+    fn rows(self, columns: [Self::F32s; 4]) -> [[f32; 4]; LANES];
+    /// All bits in the lanes in which `a < b`.
+    fn lt_lanes(self, a: Self::F32s, b: Self::F32s) -> Self::U32s;
+    /// `values` in the lanes that have all bits, and `otherwise` in those that have none.
+    fn blend(self, lanes: Self::U32s, values: Self::F32s, otherwise: Self::F32s) -> Self::F32s;
+    fn load_bits(self, values: &[u32; LANES]) -> Self::U32s;
+    fn splat_bits(self, value: u32) -> Self::U32s;
+    fn store_bits(self, values: Self::U32s) -> [u32; LANES];
+    fn and(self, a: Self::U32s, b: Self::U32s) -> Self::U32s;
+    fn or(self, a: Self::U32s, b: Self::U32s) -> Self::U32s;
+    /// `a & !b`.
+    fn and_not(self, a: Self::U32s, b: Self::U32s) -> Self::U32s;
+    /// All bits in the lanes in which `a == b`.
+    fn eq_bits(self, a: Self::U32s, b: Self::U32s) -> Self::U32s;
+    /// The lanes whose highest bit is set.
+    fn high_bits(self, values: Self::U32s) -> u32;
+    /// So many of the lowest bits: none below one, and all from 32 on. No count may be NaN.
+    fn low_bits(self, counts: Self::F32s) -> Self::U32s;
+    /// Eight rows of four bytes, cut into two blocks of four rows: of each block the first bytes of its rows in one
+    /// lane, the second ones in the next, and so on.
+    fn blocks_of_rows(self, rows: Self::U32s) -> Self::U32s;
 }
 
 /// Something to be done with [`Simd`] operations. `run` must be `#[inline(always)]`.
@@ -118,6 +150,7 @@ impl Portable {
 
 impl Simd for Portable {
     type F32s = [f32; LANES];
+    type U32s = [u32; LANES];
 
     #[inline(always)]
     fn load(self, values: &[f32; LANES]) -> Self::F32s {
@@ -199,6 +232,97 @@ impl Simd for Portable {
     fn with_any_bit(self, values: &[u32; LANES], bits: u32) -> u32 {
         Self::mask(|lane| values[lane] & bits != 0)
     }
+
+    #[inline(always)]
+    fn div(self, a: Self::F32s, b: Self::F32s) -> Self::F32s {
+        Self::zip(a, b, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    fn ceil(self, values: Self::F32s) -> Self::F32s {
+        values.map(f32::ceil)
+    }
+
+    #[inline(always)]
+    fn bits(self, values: Self::F32s) -> Self::U32s {
+        values.map(f32::to_bits)
+    }
+
+    #[inline(always)]
+    fn floats(self, bits: Self::U32s) -> Self::F32s {
+        bits.map(f32::from_bits)
+    }
+
+    #[inline(always)]
+    fn rows(self, columns: [Self::F32s; 4]) -> [[f32; 4]; LANES] {
+        array::from_fn(|lane| columns.map(|column| column[lane]))
+    }
+
+    #[inline(always)]
+    fn lt_lanes(self, a: Self::F32s, b: Self::F32s) -> Self::U32s {
+        array::from_fn(|lane| if a[lane] < b[lane] { u32::MAX } else { 0 })
+    }
+
+    #[inline(always)]
+    fn blend(self, lanes: Self::U32s, values: Self::F32s, otherwise: Self::F32s) -> Self::F32s {
+        array::from_fn(|lane| if lanes[lane] != 0 { values[lane] } else { otherwise[lane] })
+    }
+
+    #[inline(always)]
+    fn load_bits(self, values: &[u32; LANES]) -> Self::U32s {
+        *values
+    }
+
+    #[inline(always)]
+    fn splat_bits(self, value: u32) -> Self::U32s {
+        [value; LANES]
+    }
+
+    #[inline(always)]
+    fn store_bits(self, values: Self::U32s) -> [u32; LANES] {
+        values
+    }
+
+    #[inline(always)]
+    fn and(self, a: Self::U32s, b: Self::U32s) -> Self::U32s {
+        array::from_fn(|lane| a[lane] & b[lane])
+    }
+
+    #[inline(always)]
+    fn or(self, a: Self::U32s, b: Self::U32s) -> Self::U32s {
+        array::from_fn(|lane| a[lane] | b[lane])
+    }
+
+    #[inline(always)]
+    fn and_not(self, a: Self::U32s, b: Self::U32s) -> Self::U32s {
+        array::from_fn(|lane| a[lane] & !b[lane])
+    }
+
+    #[inline(always)]
+    fn eq_bits(self, a: Self::U32s, b: Self::U32s) -> Self::U32s {
+        array::from_fn(|lane| if a[lane] == b[lane] { u32::MAX } else { 0 })
+    }
+
+    #[inline(always)]
+    fn high_bits(self, values: Self::U32s) -> u32 {
+        Self::mask(|lane| values[lane] >> 31 != 0)
+    }
+
+    #[inline(always)]
+    fn low_bits(self, counts: Self::F32s) -> Self::U32s {
+        counts.map(|count| {
+            let count = count.clamp(0.0, 32.0) as u32;
+            u32::MAX.checked_shl(count).map_or(u32::MAX, |above| !above)
+        })
+    }
+
+    #[inline(always)]
+    fn blocks_of_rows(self, rows: Self::U32s) -> Self::U32s {
+        array::from_fn(|lane| {
+            let (block, byte) = (lane / 4, lane % 4);
+            u32::from_le_bytes(array::from_fn(|row| rows[4 * block + row].to_le_bytes()[byte]))
+        })
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -221,6 +345,7 @@ mod avx2 {
     // are of whole arrays.
     impl Simd for Avx2 {
         type F32s = __m256;
+        type U32s = __m256i;
 
         #[inline(always)]
         fn load(self, values: &[f32; LANES]) -> __m256 {
@@ -329,6 +454,118 @@ mod avx2 {
                 let common = _mm256_and_si256(values, _mm256_set1_epi32(bits as i32));
                 let none = _mm256_cmpeq_epi32(common, _mm256_setzero_si256());
                 !_mm256_movemask_ps(_mm256_castsi256_ps(none)) as u32 & 0xff
+            }
+        }
+
+        #[inline(always)]
+        fn div(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_div_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn ceil(self, values: __m256) -> __m256 {
+            unsafe { _mm256_ceil_ps(values) }
+        }
+
+        #[inline(always)]
+        fn bits(self, values: __m256) -> __m256i {
+            unsafe { _mm256_castps_si256(values) }
+        }
+
+        #[inline(always)]
+        fn floats(self, bits: __m256i) -> __m256 {
+            unsafe { _mm256_castsi256_ps(bits) }
+        }
+
+        #[inline(always)]
+        fn rows(self, columns: [__m256; 4]) -> [[f32; 4]; LANES] {
+            unsafe {
+                let [x, y, z, w] = columns;
+                let (xz, yw) = (_mm256_unpacklo_ps(x, z), _mm256_unpacklo_ps(y, w));
+                let (xz_high, yw_high) = (_mm256_unpackhi_ps(x, z), _mm256_unpackhi_ps(y, w));
+                // Rows four apart share a register.
+                let pairs = [
+                    _mm256_unpacklo_ps(xz, yw),
+                    _mm256_unpackhi_ps(xz, yw),
+                    _mm256_unpacklo_ps(xz_high, yw_high),
+                    _mm256_unpackhi_ps(xz_high, yw_high),
+                ];
+                let mut rows = [[0.0; 4]; LANES];
+                for (row, pair) in pairs.into_iter().enumerate() {
+                    _mm_storeu_ps(rows[row].as_mut_ptr(), _mm256_castps256_ps128(pair));
+                    _mm_storeu_ps(rows[row + 4].as_mut_ptr(), _mm256_extractf128_ps::<1>(pair));
+                }
+                rows
+            }
+        }
+
+        #[inline(always)]
+        fn lt_lanes(self, a: __m256, b: __m256) -> __m256i {
+            unsafe { _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
+        }
+
+        #[inline(always)]
+        fn blend(self, lanes: __m256i, values: __m256, otherwise: __m256) -> __m256 {
+            unsafe { _mm256_blendv_ps(otherwise, values, _mm256_castsi256_ps(lanes)) }
+        }
+
+        #[inline(always)]
+        fn load_bits(self, values: &[u32; LANES]) -> __m256i {
+            unsafe { _mm256_loadu_si256(values.as_ptr().cast()) }
+        }
+
+        #[inline(always)]
+        fn splat_bits(self, value: u32) -> __m256i {
+            unsafe { _mm256_set1_epi32(value as i32) }
+        }
+
+        #[inline(always)]
+        fn store_bits(self, values: __m256i) -> [u32; LANES] {
+            let mut stored = [0; LANES];
+            unsafe { _mm256_storeu_si256(stored.as_mut_ptr().cast(), values) };
+            stored
+        }
+
+        #[inline(always)]
+        fn and(self, a: __m256i, b: __m256i) -> __m256i {
+            unsafe { _mm256_and_si256(a, b) }
+        }
+
+        #[inline(always)]
+        fn or(self, a: __m256i, b: __m256i) -> __m256i {
+            unsafe { _mm256_or_si256(a, b) }
+        }
+
+        #[inline(always)]
+        fn and_not(self, a: __m256i, b: __m256i) -> __m256i {
+            unsafe { _mm256_andnot_si256(b, a) }
+        }
+
+        #[inline(always)]
+        fn eq_bits(self, a: __m256i, b: __m256i) -> __m256i {
+            unsafe { _mm256_cmpeq_epi32(a, b) }
+        }
+
+        #[inline(always)]
+        fn high_bits(self, values: __m256i) -> u32 {
+            unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(values)) as u32 }
+        }
+
+        #[inline(always)]
+        fn low_bits(self, counts: __m256) -> __m256i {
+            unsafe {
+                let counts = _mm256_min_ps(_mm256_max_ps(counts, _mm256_setzero_ps()), _mm256_set1_ps(32.0));
+                let all = _mm256_set1_epi32(-1);
+                // A shift by 32 leaves no bit.
+                _mm256_andnot_si256(_mm256_sllv_epi32(all, _mm256_cvttps_epi32(counts)), all)
+            }
+        }
+
+        #[inline(always)]
+        fn blocks_of_rows(self, rows: __m256i) -> __m256i {
+            unsafe {
+                let order = _mm_setr_epi8(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
+                _mm256_shuffle_epi8(rows, _mm256_broadcastsi128_si256(order))
             }
         }
     }

@@ -1,0 +1,133 @@
+//! The buffer itself.
+
+use bevy::math::{DVec4, UVec2};
+
+use super::{
+    outline::ObjectTile,
+    tile::{TILE_HEIGHT, TILE_WIDTH, Tile},
+};
+
+/// How surely something is hidden that is told to be: see [`raster`](super).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum RasterMode {
+    /// What can be seen is never told to be hidden.
+    #[default]
+    Strict,
+    /// What can be seen only between the centres of pixels may be told to be hidden.
+    Fast,
+}
+
+/// Which faces of meshes are drawn, by how their corners are ordered on the screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Faces {
+    /// Those whose corners run counter-clockwise: enough for what is closed.
+    #[default]
+    Front,
+    /// Those whose corners run clockwise.
+    Back,
+    /// All: for what is open and seen from both sides.
+    Both,
+}
+
+/// A depth buffer to draw what hides into, and to ask what is hidden: see [`raster`](super).
+#[derive(Clone, Debug)]
+pub struct MaskedDepthBuffer {
+    pub(super) size: UVec2,
+    pub(super) mode: RasterMode,
+    pub(super) tiles: Vec<Tile>,
+    pub(super) scratch: Scratch,
+}
+
+/// What drawing needs for a while, kept for its memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    /// Vertices on the screen: x, y, depth, and where they are outside.
+    pub on_screen: Vec<[f32; 4]>,
+    /// Vertices in clip space.
+    pub clipped: Vec<DVec4>,
+    /// Which triangles are drawn.
+    pub is_drawn: Vec<bool>,
+    /// What has been drawn of a mesh.
+    pub object: Vec<ObjectTile>,
+    pub touched: Vec<u32>,
+}
+
+impl MaskedDepthBuffer {
+    /// The least and the most pixels along either side.
+    const SIDES: (u32, u32) = (8, 8192);
+
+    /// An empty buffer of so many pixels, which hides nothing. Sides are brought within 8 to 8192.
+    pub fn new(size: UVec2, mode: RasterMode) -> Self {
+        let mut buffer = Self {
+            size: UVec2::ZERO,
+            mode,
+            tiles: Vec::new(),
+            scratch: Scratch::default(),
+        };
+        buffer.resize(size);
+        buffer
+    }
+
+    /// The size in pixels.
+    pub fn size(&self) -> UVec2 {
+        self.size
+    }
+
+    /// How surely what is told to be hidden is so.
+    pub fn mode(&self) -> RasterMode {
+        self.mode
+    }
+
+    /// Takes another mode, and forgets what was drawn.
+    pub fn set_mode(&mut self, mode: RasterMode) {
+        self.mode = mode;
+        self.clear();
+    }
+
+    /// Takes another size, brought within 8 to 8192 along each side, and forgets what was drawn.
+    pub fn resize(&mut self, size: UVec2) {
+        self.size = size.clamp(UVec2::splat(Self::SIDES.0), UVec2::splat(Self::SIDES.1));
+        let tiles = self.tiles_across() * self.size.y.div_ceil(TILE_HEIGHT);
+        self.tiles.clear();
+        self.tiles.resize(tiles as usize, Tile::EMPTY);
+        self.scratch.object.clear();
+    }
+
+    /// Forgets what was drawn: nothing is hidden.
+    pub fn clear(&mut self) {
+        self.tiles.fill(Tile::EMPTY);
+    }
+
+    /// What is known of a pixel, counted from the upper left: that something at this depth or nearer covers it, or `None`
+    /// if nothing is known to, or the pixel is outside.
+    pub fn depth(&self, x: u32, y: u32) -> Option<f32> {
+        if x >= self.size.x || y >= self.size.y {
+            return None;
+        }
+        let tile = y / TILE_HEIGHT * self.tiles_across() + x / TILE_WIDTH;
+        let depth = self.tiles[tile as usize].depth_at(x % TILE_WIDTH, y % TILE_HEIGHT);
+        (depth > super::tile::NOTHING).then_some(depth)
+    }
+
+    /// The bytes that are kept.
+    pub fn memory(&self) -> usize {
+        let Scratch {
+            on_screen,
+            clipped,
+            is_drawn,
+            object,
+            touched,
+        } = &self.scratch;
+        size_of_val(self)
+            + self.tiles.capacity() * size_of::<Tile>()
+            + on_screen.capacity() * size_of::<[f32; 4]>()
+            + clipped.capacity() * size_of::<DVec4>()
+            + is_drawn.capacity()
+            + object.capacity() * size_of::<ObjectTile>()
+            + touched.capacity() * size_of::<u32>()
+    }
+
+    pub(super) fn tiles_across(&self) -> u32 {
+        self.size.x.div_ceil(TILE_WIDTH)
+    }
+}

@@ -1,0 +1,333 @@
+//! What covers whole pixels: the triangles of a mesh together, by its fill and its outline.
+//!
+//! The picture of some polygons is a closed set whose boundary lies on those of their edges that no other polygon
+//! continues: the outline. A pixel is a connected set. So if the centre of a pixel is in the picture, and no edge of the
+//! outline touches the pixel, then all of it is in the picture.
+
+use bevy::math::{DMat4, DVec2, DVec3, UVec2, Vec3A};
+use smallvec::SmallVec;
+
+use super::{
+    buffer::{Faces, MaskedDepthBuffer, Scratch},
+    clip::{Corner, Coverage, DepthPlane, PolygonRegion, clip_near, is_outside, to_pixels},
+    fill::{Brush, fill},
+    mesh::OccluderMesh,
+    tile::{BLOCK_HEIGHT, BLOCK_LEFT, BLOCK_TOP, BLOCK_WIDTH, TILE_HEIGHT, TILE_WIDTH, Tile},
+};
+use crate::{
+    geometry::tolerance,
+    spatial::simd::{LANES, Simd, Task, dispatch},
+};
+
+/// From how many pixels on the rectangle around a polygon makes it worth to draw it by itself too: its own depth is
+/// nearer than that of all of the mesh around it.
+const LARGE: usize = 64;
+
+/// What has been drawn of a mesh to a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ObjectTile {
+    /// Pixels whose centres are covered.
+    filled: [u32; LANES],
+    /// Pixels that the outline touches.
+    outlined: [u32; LANES],
+    /// Of each block: the farthest of all that covers any of it.
+    farthest: [f32; LANES],
+    is_listed: bool,
+}
+
+impl ObjectTile {
+    const EMPTY: Self = Self {
+        filled: [0; LANES],
+        outlined: [0; LANES],
+        farthest: [f32::INFINITY; LANES],
+        is_listed: false,
+    };
+}
+
+/// Paints the depth of planes, of which the farthest counts.
+pub(super) struct Paint<'a> {
+    pub tiles: &'a mut [Tile],
+    pub planes: &'a [DepthPlane],
+}
+
+impl Brush for Paint<'_> {
+    #[inline(always)]
+    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) -> bool {
+        let mut depth = simd.splat(f32::INFINITY);
+        for plane in self.planes {
+            depth = simd.min(farthest_of_blocks(simd, plane, left, top), depth);
+        }
+        self.tiles[tile].draw(simd, pixels, depth);
+        true
+    }
+}
+
+/// The farthest depths of a plane in the blocks of a tile.
+#[inline(always)]
+pub(super) fn farthest_of_blocks<S: Simd>(simd: S, plane: &DepthPlane, left: f32, top: f32) -> S::F32s {
+    let across = if plane.per_column < 0.0 { BLOCK_WIDTH as f32 } else { 0.0 };
+    let down = if plane.per_row < 0.0 { BLOCK_HEIGHT as f32 } else { 0.0 };
+    let x = simd.add(simd.load(&BLOCK_LEFT), simd.splat(left + across - plane.x));
+    let y = simd.add(simd.load(&BLOCK_TOP), simd.splat(top + down - plane.y));
+    let depth = simd.add(
+        simd.add(
+            simd.mul(x, simd.splat(plane.per_column)),
+            simd.mul(y, simd.splat(plane.per_row)),
+        ),
+        simd.splat(plane.depth),
+    );
+    simd.max(simd.min(depth, simd.splat(plane.greatest)), simd.splat(plane.least))
+}
+
+enum Stroke<'a> {
+    Fill,
+    Depth(&'a DepthPlane),
+    Outline,
+}
+
+struct Sketch<'a> {
+    object: &'a mut [ObjectTile],
+    touched: &'a mut Vec<u32>,
+    stroke: Stroke<'a>,
+}
+
+impl Brush for Sketch<'_> {
+    #[inline(always)]
+    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) -> bool {
+        let object = &mut self.object[tile];
+        if !object.is_listed {
+            object.is_listed = true;
+            self.touched.push(tile as u32);
+        }
+        match self.stroke {
+            Stroke::Fill => object.filled = simd.store_bits(simd.or(simd.load_bits(&object.filled), pixels)),
+            Stroke::Outline => object.outlined = simd.store_bits(simd.or(simd.load_bits(&object.outlined), pixels)),
+            Stroke::Depth(plane) => {
+                let is_untouched = simd.eq_bits(pixels, simd.splat_bits(0));
+                let known = simd.load(&object.farthest);
+                let farthest = simd.min(farthest_of_blocks(simd, plane, left, top), known);
+                object.farthest = simd.store(simd.blend(is_untouched, known, farthest));
+            }
+        }
+        true
+    }
+}
+
+/// Some polygons that are drawn together.
+pub(super) struct Object<'a> {
+    size: UVec2,
+    tiles: &'a mut [Tile],
+    object: &'a mut [ObjectTile],
+    touched: &'a mut Vec<u32>,
+    least_w: f64,
+    /// Whether all corners were far enough from the eye.
+    is_sure: bool,
+}
+
+impl<'a> Object<'a> {
+    /// Begins with corners that must be so far from the eye: see [`least_w`].
+    pub fn begin(
+        size: UVec2,
+        tiles: &'a mut [Tile],
+        object: &'a mut Vec<ObjectTile>,
+        touched: &'a mut Vec<u32>,
+        least_w: f64,
+    ) -> Self {
+        object.resize(tiles.len(), ObjectTile::EMPTY);
+        Self {
+            size,
+            tiles,
+            object,
+            touched,
+            least_w,
+            is_sure: true,
+        }
+    }
+
+    fn tiles_across(&self) -> u32 {
+        self.size.x.div_ceil(TILE_WIDTH)
+    }
+
+    /// Draws a convex polygon whose corners run counter-clockwise as seen.
+    #[inline(always)]
+    pub fn add<S: Simd>(&mut self, simd: S, polygon: &[Corner]) {
+        let clipped = clip_near(polygon);
+        if clipped.is_empty() || is_outside(clipped.iter().map(|corner| corner.clip)) {
+            return;
+        }
+        if clipped.iter().any(|corner| corner.clip.w < self.least_w) {
+            self.is_sure = false;
+            return;
+        }
+        let pixels: SmallVec<[DVec2; 6]> = clipped
+            .iter()
+            .map(|corner| to_pixels(corner.clip, self.size))
+            .collect();
+        let mut depths = [f64::INFINITY, f64::NEG_INFINITY];
+        for corner in &clipped {
+            let depth = corner.clip.z / corner.clip.w;
+            depths = [depths[0].min(depth), depths[1].max(depth)];
+        }
+        let tiles_across = self.tiles_across();
+        if let Some(region) = PolygonRegion::new(&pixels, Coverage::Touched, self.size) {
+            let region = region.as_region();
+            let corners = [polygon[0].clip, polygon[1].clip, polygon[2].clip];
+            let plane = DepthPlane::new(corners, &region, depths, self.size);
+            fill(simd, &region, tiles_across, &mut self.sketch(Stroke::Depth(&plane)));
+            if region.rows.len() * region.columns.len() >= LARGE
+                && let Some(region) = PolygonRegion::new(&pixels, Coverage::Within, self.size)
+            {
+                let mut paint = Paint {
+                    tiles: self.tiles,
+                    planes: &[plane],
+                };
+                fill(simd, &region.as_region(), tiles_across, &mut paint);
+            }
+        }
+        if let Some(region) = PolygonRegion::new(&pixels, Coverage::Centers, self.size) {
+            fill(simd, &region.as_region(), tiles_across, &mut self.sketch(Stroke::Fill));
+        }
+        for (index, corner) in clipped.iter().enumerate() {
+            if corner.is_within {
+                continue;
+            }
+            let edge = [pixels[index], pixels[(index + 1) % pixels.len()]];
+            if let Some(region) = PolygonRegion::new(&edge, Coverage::Touched, self.size) {
+                let mut outline = self.sketch(Stroke::Outline);
+                fill(simd, &region.as_region(), tiles_across, &mut outline);
+            }
+        }
+    }
+
+    /// Draws all that has been added to the buffer, if it is sure of all.
+    #[inline(always)]
+    pub fn finish<S: Simd>(self, simd: S) {
+        for &tile in &*self.touched {
+            let object = std::mem::replace(&mut self.object[tile as usize], ObjectTile::EMPTY);
+            if self.is_sure {
+                let covered = simd.and_not(simd.load_bits(&object.filled), simd.load_bits(&object.outlined));
+                self.tiles[tile as usize].draw(simd, covered, simd.load(&object.farthest));
+            }
+        }
+        self.touched.clear();
+    }
+
+    fn sketch<'b>(&'b mut self, stroke: Stroke<'b>) -> Sketch<'b> {
+        Sketch {
+            object: self.object,
+            touched: self.touched,
+            stroke,
+        }
+    }
+}
+
+/// How far from the eye, along the view, corners must be for double precision to be sure enough of their places on a
+/// screen of this size, if they are at most so far from the origin of a model.
+///
+/// An error of `e` in clip space moves a line on the screen, where it crosses the screen, by no more than some `e / w` of
+/// each of its ends: what is farther out is turned about the middle by as much less as it is farther.
+pub(super) fn least_w(clip_from_model: &DMat4, largest: Vec3A, size: UVec2) -> f64 {
+    let largest = largest.as_dvec3().extend(1.0);
+    let magnitude = (0..4).map(|row| clip_from_model.row(row).abs().dot(largest));
+    let unsure = tolerance::RASTER_CORNER * magnitude.fold(0.0, f64::max) * f64::from(size.max_element());
+    16.0 * unsure / f64::from(tolerance::RASTER_PIXELS)
+}
+
+/// Draws the triangles of a mesh strictly.
+pub(super) struct DrawOutlined<'a> {
+    pub buffer: &'a mut MaskedDepthBuffer,
+    pub mesh: &'a OccluderMesh,
+    pub clip_from_model: &'a DMat4,
+    pub faces: Faces,
+}
+
+impl Task for DrawOutlined<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self {
+            buffer,
+            mesh,
+            clip_from_model,
+            faces,
+        } = self;
+        let MaskedDepthBuffer {
+            size, tiles, scratch, ..
+        } = buffer;
+        let Scratch {
+            clipped,
+            is_drawn,
+            object,
+            touched,
+            ..
+        } = scratch;
+        clipped.clear();
+        for vertices in &mesh.vertices {
+            for lane in 0..LANES {
+                let at = DVec3::new(
+                    f64::from(vertices[0][lane]),
+                    f64::from(vertices[1][lane]),
+                    f64::from(vertices[2][lane]),
+                );
+                clipped.push(*clip_from_model * at.extend(1.0));
+            }
+        }
+        let Some(aabb) = mesh.aabb() else {
+            return;
+        };
+        let least_w = least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), *size);
+        let sides: &[bool] = match faces {
+            Faces::Front => &[false],
+            Faces::Back => &[true],
+            Faces::Both => &[false, true],
+        };
+        for &is_back in sides {
+            is_drawn.clear();
+            for corners in &mesh.triangles {
+                let [a, b, c] = corners.map(|corner| {
+                    let clip = clipped[corner as usize];
+                    DVec3::new(clip.x, clip.y, clip.w)
+                });
+                let volume = a.dot(b.cross(c));
+                let least = tolerance::RASTER_CORNER * a.length() * b.length() * c.length();
+                is_drawn.push(if is_back { volume < -least } else { volume > least });
+            }
+            let mut drawing = Object::begin(*size, tiles, object, touched, least_w);
+            for (triangle, corners) in mesh.triangles.iter().enumerate() {
+                if !is_drawn[triangle] {
+                    continue;
+                }
+                let neighbours = mesh.neighbours[triangle];
+                let corner = |side: usize, along: usize| Corner {
+                    clip: clipped[corners[side] as usize],
+                    is_within: is_drawn.get(neighbours[along] as usize).copied().unwrap_or(false),
+                };
+                let polygon = if is_back {
+                    [corner(0, 2), corner(2, 1), corner(1, 0)]
+                } else {
+                    [corner(0, 0), corner(1, 1), corner(2, 2)]
+                };
+                drawing.add(simd, &polygon);
+            }
+            drawing.finish(simd);
+        }
+    }
+}
+
+/// Draws what covers whole pixels.
+pub(super) fn draw_outlined(
+    buffer: &mut MaskedDepthBuffer,
+    mesh: &OccluderMesh,
+    clip_from_model: &DMat4,
+    faces: Faces,
+) {
+    dispatch(DrawOutlined {
+        buffer,
+        mesh,
+        clip_from_model,
+        faces,
+    });
+}
+
+const _: () = assert!(TILE_WIDTH * TILE_HEIGHT == 32 * LANES as u32);

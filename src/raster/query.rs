@@ -1,0 +1,292 @@
+//! What is hidden?
+
+use std::ops::Range;
+
+use bevy::math::{Mat4, Vec2, Vec3A, bounding::Aabb3d};
+
+use super::{
+    buffer::MaskedDepthBuffer,
+    fill::{Brush, Region, fill},
+    tile::Tile,
+};
+use crate::{
+    geometry::tolerance,
+    spatial::{
+        lanes::{Bounds, Boxes},
+        simd::{LANES, Simd, Task, dispatch},
+    },
+};
+
+/// Where something is on the screen: between two corners in pixels, and no nearer than a depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScreenRect {
+    /// The upper left, in pixels.
+    pub min: Vec2,
+    /// The lower right, in pixels.
+    pub max: Vec2,
+    /// The depth of what is nearest, `z / w`.
+    pub nearest: f32,
+}
+
+impl ScreenRect {
+    /// Of what is everywhere, as far as can be told.
+    pub const ANYWHERE: Self = Self {
+        min: Vec2::NEG_INFINITY,
+        max: Vec2::INFINITY,
+        nearest: f32::INFINITY,
+    };
+}
+
+impl MaskedDepthBuffer {
+    /// Whether something in this rectangle of the screen can be seen. What is beside the screen cannot.
+    pub fn is_rect_visible(&self, rect: &ScreenRect) -> bool {
+        dispatch(TestRect { buffer: self, rect })
+    }
+
+    /// Whether something in a box can be seen. What reaches through the near plane can; what is beside the screen cannot.
+    ///
+    /// Rounding errs to the visible. A box with a coordinate that is NaN or infinite can be seen.
+    pub fn is_aabb_visible(&self, aabb: &Aabb3d, clip_from_world: &Mat4) -> bool {
+        let half = (aabb.max - aabb.min) * 0.5;
+        let center = (aabb.max + aabb.min) * 0.5;
+        let axes = [
+            Vec3A::X * half.x,
+            Vec3A::Y * half.y,
+            Vec3A::Z * half.z,
+        ];
+        self.is_parallelepiped_visible(center, axes, clip_from_world)
+    }
+
+    /// Whether something in a box that is turned can be seen: one about a centre, between plus and minus each of three
+    /// axes, which need not be at right angles.
+    pub fn is_parallelepiped_visible(&self, center: Vec3A, half_axes: [Vec3A; 3], clip_from_world: &Mat4) -> bool {
+        dispatch(TestBox {
+            buffer: self,
+            center,
+            half_axes,
+            clip_from_world,
+        })
+    }
+
+    /// Where eight boxes are on the screen.
+    #[inline(always)]
+    pub(crate) fn rects_of_boxes<S: Simd>(&self, simd: S, boxes: Boxes, clip_from_world: &Mat4) -> [ScreenRect; LANES] {
+        let [min, max]: [&Bounds; 2] = [boxes.min, boxes.max];
+        let mut ends = [[simd.splat(0.0); 3]; 2];
+        let mut largest = [simd.splat(0.0); 3];
+        for axis in 0..3 {
+            ends[0][axis] = simd.load(&min[axis]);
+            ends[1][axis] = simd.load(&max[axis]);
+            largest[axis] = simd.max(simd.sub(simd.splat(0.0), ends[0][axis]), ends[1][axis]);
+        }
+        let mut hull = ScreenHull::<S>::empty(simd);
+        for corner in 0..8 {
+            let at = [ends[corner & 1][0], ends[corner >> 1 & 1][1], ends[corner >> 2 & 1][2]];
+            hull.add(simd, clip_of(simd, clip_from_world, at));
+        }
+        hull.rects(simd, magnitudes(simd, clip_from_world, largest), self.size().as_vec2())
+    }
+
+    #[inline(always)]
+    pub(crate) fn shows_rect<S: Simd>(&self, simd: S, rect: &ScreenRect) -> bool {
+        // Also what is NaN is everywhere.
+        let ends = |min: f32, max: f32, size: u32| -> Range<u32> {
+            let first = if min > 0.0 { min as u32 } else { 0 };
+            let end = if max < size as f32 { max.max(0.0).ceil() as u32 } else { size };
+            first.min(size)..end
+        };
+        let region = Region {
+            lines: &[],
+            rows: ends(rect.min.y, rect.max.y, self.size.y),
+            columns: ends(rect.min.x, rect.max.x, self.size.x),
+        };
+        // Nothing is drawn beyond the far plane, and so nothing hides what is there.
+        let nearest = if rect.nearest < 0.0 { 0.0 } else { rect.nearest };
+        let mut test = Test {
+            tiles: &self.tiles,
+            nearest,
+        };
+        !fill(simd, &region, self.tiles_across(), &mut test)
+    }
+}
+
+/// Stops at the first tile in which something can be seen.
+struct Test<'a> {
+    tiles: &'a [Tile],
+    nearest: f32,
+}
+
+impl Brush for Test<'_> {
+    #[inline(always)]
+    fn paint<S: Simd>(&mut self, simd: S, tile: usize, _: f32, _: f32, pixels: S::U32s) -> bool {
+        !self.tiles[tile].shows(simd, pixels, simd.splat(self.nearest))
+    }
+}
+
+struct TestRect<'a> {
+    buffer: &'a MaskedDepthBuffer,
+    rect: &'a ScreenRect,
+}
+
+impl Task for TestRect<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        self.buffer.shows_rect(simd, self.rect)
+    }
+}
+
+struct TestBox<'a> {
+    buffer: &'a MaskedDepthBuffer,
+    center: Vec3A,
+    half_axes: [Vec3A; 3],
+    clip_from_world: &'a Mat4,
+}
+
+/// The signs of the three half axes at each corner.
+const SIGNS: [[f32; LANES]; 3] = [
+    [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
+    [-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0],
+    [-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0],
+];
+
+impl Task for TestBox<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        let mut at = [simd.splat(0.0); 3];
+        let mut largest = [simd.splat(0.0); 3];
+        for axis in 0..3 {
+            at[axis] = simd.splat(self.center[axis]);
+            let mut reach = self.center[axis].abs();
+            for (half_axis, signs) in self.half_axes.iter().zip(&SIGNS) {
+                at[axis] = simd.add(at[axis], simd.mul(simd.load(signs), simd.splat(half_axis[axis])));
+                reach += half_axis[axis].abs();
+            }
+            largest[axis] = simd.splat(reach);
+        }
+        // Each corner in a lane: the hull of each lane is then the corner.
+        let mut hull = ScreenHull::<S>::empty(simd);
+        hull.add(simd, clip_of(simd, self.clip_from_world, at));
+        let corners = hull.rects(
+            simd,
+            magnitudes(simd, self.clip_from_world, largest),
+            self.buffer.size().as_vec2(),
+        );
+        let mut rect = corners[0];
+        for corner in &corners[1..] {
+            rect.min = rect.min.min(corner.min);
+            rect.max = rect.max.max(corner.max);
+            rect.nearest = rect.nearest.max(corner.nearest);
+        }
+        self.buffer.shows_rect(simd, &rect)
+    }
+}
+
+/// Eight points in clip space.
+#[inline(always)]
+fn clip_of<S: Simd>(simd: S, clip_from_world: &Mat4, at: [S::F32s; 3]) -> [S::F32s; 4] {
+    let mut clip = at_rows(simd);
+    for (row, clip) in clip.iter_mut().enumerate() {
+        let row = clip_from_world.row(row);
+        *clip = simd.add(
+            simd.add(simd.mul(at[0], simd.splat(row.x)), simd.mul(at[1], simd.splat(row.y))),
+            simd.add(simd.mul(at[2], simd.splat(row.z)), simd.splat(row.w)),
+        );
+    }
+    clip
+}
+
+#[inline(always)]
+fn at_rows<S: Simd>(simd: S) -> [S::F32s; 4] {
+    [simd.splat(0.0); 4]
+}
+
+/// What is added up to each coordinate in clip space, in magnitude, of points with coordinates of at most these.
+#[inline(always)]
+fn magnitudes<S: Simd>(simd: S, clip_from_world: &Mat4, largest: [S::F32s; 3]) -> [S::F32s; 4] {
+    let abs = Mat4::from_cols(
+        clip_from_world.x_axis.abs(),
+        clip_from_world.y_axis.abs(),
+        clip_from_world.z_axis.abs(),
+        clip_from_world.w_axis.abs(),
+    );
+    clip_of(simd, &abs, largest)
+}
+
+/// What surrounds points on the screen, lane by lane.
+struct ScreenHull<S: Simd> {
+    min: [S::F32s; 2],
+    max: [S::F32s; 2],
+    nearest: S::F32s,
+    least_w: S::F32s,
+    /// The lanes with a point that is nearer than the near plane, or NaN.
+    near: u32,
+}
+
+impl<S: Simd> ScreenHull<S> {
+    #[inline(always)]
+    fn empty(simd: S) -> Self {
+        Self {
+            min: [simd.splat(f32::INFINITY); 2],
+            max: [simd.splat(f32::NEG_INFINITY); 2],
+            nearest: simd.splat(f32::NEG_INFINITY),
+            least_w: simd.splat(f32::INFINITY),
+            near: 0,
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, simd: S, [x, y, z, w]: [S::F32s; 4]) {
+        let per_w = simd.div(simd.splat(1.0), w);
+        for (axis, value) in [x, y].into_iter().enumerate() {
+            let value = simd.mul(value, per_w);
+            self.min[axis] = simd.min(value, self.min[axis]);
+            self.max[axis] = simd.max(value, self.max[axis]);
+        }
+        self.nearest = simd.max(simd.mul(z, per_w), self.nearest);
+        self.least_w = simd.min(w, self.least_w);
+        self.near |= !(simd.le(z, w) & simd.lt(simd.splat(0.0), w));
+    }
+
+    /// The rectangles, grown by rounding, on a screen of this size.
+    #[inline(always)]
+    fn rects(&self, simd: S, magnitudes: [S::F32s; 4], size: Vec2) -> [ScreenRect; LANES] {
+        let slack = simd.splat(tolerance::RASTER_BOX);
+        let [error_x, error_y, error_z, error_w] = magnitudes;
+        let error_w = simd.mul(error_w, slack);
+        let sure_w = simd.sub(self.least_w, error_w);
+        let near = self.near | !simd.lt(simd.splat(0.0), sure_w);
+        let per_w = simd.div(simd.splat(1.0), sure_w);
+        let one = simd.splat(1.0);
+        // |x / w| is 1 on the edge of the screen, and what is beyond it need not be known well.
+        let grow = |error: S::F32s| simd.mul(simd.add(simd.mul(error, slack), error_w), per_w);
+        let (grow_x, grow_y) = (grow(error_x), grow(error_y));
+        let grow_z = simd.mul(
+            simd.add(
+                simd.mul(error_z, slack),
+                simd.mul(error_w, simd.max(self.nearest, simd.sub(simd.splat(0.0), self.nearest))),
+            ),
+            per_w,
+        );
+        let half = [simd.splat(0.5 * size.x), simd.splat(0.5 * size.y)];
+        let min_x = simd.store(simd.mul(simd.add(simd.sub(self.min[0], grow_x), one), half[0]));
+        let max_x = simd.store(simd.mul(simd.add(simd.add(self.max[0], grow_x), one), half[0]));
+        let min_y = simd.store(simd.mul(simd.sub(one, simd.add(self.max[1], grow_y)), half[1]));
+        let max_y = simd.store(simd.mul(simd.sub(one, simd.sub(self.min[1], grow_y)), half[1]));
+        let nearest = simd.store(simd.add(self.nearest, grow_z));
+        let mut rects = [ScreenRect::ANYWHERE; LANES];
+        for (lane, rect) in rects.iter_mut().enumerate() {
+            if near >> lane & 1 == 0 {
+                *rect = ScreenRect {
+                    min: Vec2::new(min_x[lane], min_y[lane]),
+                    max: Vec2::new(max_x[lane], max_y[lane]),
+                    nearest: nearest[lane],
+                };
+            }
+        }
+        rects
+    }
+}
