@@ -18,6 +18,7 @@ mod pick_shape;
 mod picking;
 mod properties;
 mod query_modes;
+mod raster;
 mod regressions;
 mod scene_query;
 mod selection;

@@ -16,6 +16,8 @@ pub struct OccluderMesh {
     /// Beyond the edge from each corner to the next: the triangle that has the same edge the other way round, or
     /// [`NOBODY`](Self::NOBODY).
     pub(super) neighbours: Vec<[u32; 3]>,
+    /// Where the triangles of each connected part end.
+    pub(super) parts: Vec<u32>,
     aabb: Option<Aabb3d>,
 }
 
@@ -43,6 +45,7 @@ impl OccluderMesh {
             (!is_flat).then_some(numbers)
         });
         let triangles: Vec<[u32; 3]> = usable.collect();
+        let (triangles, parts) = by_parts(triangles);
         let neighbours = neighbours(&triangles);
         let aabb = (!places.is_empty()).then(|| {
             let places = places.iter().map(|&place| Vec3A::from(place));
@@ -60,6 +63,7 @@ impl OccluderMesh {
             vertices: vertices.collect(),
             triangles,
             neighbours,
+            parts,
             aabb,
         }
     }
@@ -84,7 +88,48 @@ impl OccluderMesh {
         size_of_val(self)
             + self.vertices.capacity() * size_of::<[[f32; LANES]; 3]>()
             + (self.triangles.capacity() + self.neighbours.capacity()) * size_of::<[u32; 3]>()
+            + self.parts.capacity() * size_of::<u32>()
     }
+}
+
+/// Brings triangles that share vertices together, part by part in the order of their first ones, with where each part
+/// ends.
+fn by_parts(triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, Vec<u32>) {
+    fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+        while parents[vertex as usize] != vertex {
+            let above = parents[parents[vertex as usize] as usize];
+            parents[vertex as usize] = above;
+            vertex = above;
+        }
+        vertex
+    }
+
+    let vertices = triangles.iter().flatten().map(|&vertex| vertex + 1).max().unwrap_or(0);
+    let mut parents: Vec<u32> = (0..vertices).collect();
+    for &[a, b, c] in &triangles {
+        let a = root(&mut parents, a);
+        let b = root(&mut parents, b);
+        parents[b as usize] = a;
+        let c = root(&mut parents, c);
+        parents[c as usize] = a;
+    }
+    let mut numbers: HashMap<u32, usize> = HashMap::default();
+    let mut parts: Vec<Vec<[u32; 3]>> = Vec::new();
+    for corners in triangles {
+        let next = parts.len();
+        let part = *numbers.entry(root(&mut parents, corners[0])).or_insert(next);
+        if part == next {
+            parts.push(Vec::new());
+        }
+        parts[part].push(corners);
+    }
+    let mut end = 0;
+    let ends = parts.iter().map(|part| {
+        end += part.len() as u32;
+        end
+    });
+    let ends = ends.collect();
+    (parts.concat(), ends)
 }
 
 /// Finds for each edge the one triangle beyond it. An edge of more than two triangles, or of two that are wound against

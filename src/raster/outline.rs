@@ -1,4 +1,4 @@
-//! What covers whole pixels: the triangles of a mesh together, by its fill and its outline.
+//! What covers whole pixels: the connected triangles of a mesh together, by their fill and their outline.
 //!
 //! The picture of some polygons is a closed set whose boundary lies on those of their edges that no other polygon
 //! continues: the outline. A pixel is a connected set. So if the centre of a pixel is in the picture, and no edge of the
@@ -65,7 +65,11 @@ impl Brush for Paint<'_> {
 /// The farthest depths of a plane in the blocks of a tile.
 #[inline(always)]
 pub(super) fn farthest_of_blocks<S: Simd>(simd: S, plane: &DepthPlane, left: f32, top: f32) -> S::F32s {
-    let across = if plane.per_column < 0.0 { BLOCK_WIDTH as f32 } else { 0.0 };
+    let across = if plane.per_column < 0.0 {
+        BLOCK_WIDTH as f32
+    } else {
+        0.0
+    };
     let down = if plane.per_row < 0.0 { BLOCK_HEIGHT as f32 } else { 0.0 };
     let x = simd.add(simd.load(&BLOCK_LEFT), simd.splat(left + across - plane.x));
     let y = simd.add(simd.load(&BLOCK_TOP), simd.splat(top + down - plane.y));
@@ -159,10 +163,7 @@ impl<'a> Object<'a> {
             self.is_sure = false;
             return;
         }
-        let pixels: SmallVec<[DVec2; 6]> = clipped
-            .iter()
-            .map(|corner| to_pixels(corner.clip, self.size))
-            .collect();
+        let pixels: SmallVec<[DVec2; 6]> = clipped.iter().map(|corner| to_pixels(corner.clip, self.size)).collect();
         let mut depths = [f64::INFINITY, f64::NEG_INFINITY];
         for corner in &clipped {
             let depth = corner.clip.z / corner.clip.w;
@@ -293,24 +294,28 @@ impl Task for DrawOutlined<'_> {
                 let least = tolerance::RASTER_CORNER * a.length() * b.length() * c.length();
                 is_drawn.push(if is_back { volume < -least } else { volume > least });
             }
-            let mut drawing = Object::begin(*size, tiles, object, touched, least_w);
-            for (triangle, corners) in mesh.triangles.iter().enumerate() {
-                if !is_drawn[triangle] {
-                    continue;
+            let mut begin = 0;
+            for &end in &mesh.parts {
+                let mut drawing = Object::begin(*size, tiles, object, touched, least_w);
+                for triangle in begin as usize..end as usize {
+                    if !is_drawn[triangle] {
+                        continue;
+                    }
+                    let (corners, neighbours) = (mesh.triangles[triangle], mesh.neighbours[triangle]);
+                    let corner = |side: usize, along: usize| Corner {
+                        clip: clipped[corners[side] as usize],
+                        is_within: is_drawn.get(neighbours[along] as usize).copied().unwrap_or(false),
+                    };
+                    let polygon = if is_back {
+                        [corner(0, 2), corner(2, 1), corner(1, 0)]
+                    } else {
+                        [corner(0, 0), corner(1, 1), corner(2, 2)]
+                    };
+                    drawing.add(simd, &polygon);
                 }
-                let neighbours = mesh.neighbours[triangle];
-                let corner = |side: usize, along: usize| Corner {
-                    clip: clipped[corners[side] as usize],
-                    is_within: is_drawn.get(neighbours[along] as usize).copied().unwrap_or(false),
-                };
-                let polygon = if is_back {
-                    [corner(0, 2), corner(2, 1), corner(1, 0)]
-                } else {
-                    [corner(0, 0), corner(1, 1), corner(2, 2)]
-                };
-                drawing.add(simd, &polygon);
+                drawing.finish(simd);
+                begin = end;
             }
-            drawing.finish(simd);
         }
     }
 }

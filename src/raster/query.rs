@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bevy::math::{Mat4, Vec2, Vec3A, bounding::Aabb3d};
+use bevy::math::{Mat4, Vec2, Vec3A, Vec4Swizzles, bounding::Aabb3d};
 
 use super::{
     buffer::MaskedDepthBuffer,
@@ -49,11 +49,7 @@ impl MaskedDepthBuffer {
     pub fn is_aabb_visible(&self, aabb: &Aabb3d, clip_from_world: &Mat4) -> bool {
         let half = (aabb.max - aabb.min) * 0.5;
         let center = (aabb.max + aabb.min) * 0.5;
-        let axes = [
-            Vec3A::X * half.x,
-            Vec3A::Y * half.y,
-            Vec3A::Z * half.z,
-        ];
+        let axes = [Vec3A::X * half.x, Vec3A::Y * half.y, Vec3A::Z * half.z];
         self.is_parallelepiped_visible(center, axes, clip_from_world)
     }
 
@@ -92,7 +88,11 @@ impl MaskedDepthBuffer {
         // Also what is NaN is everywhere.
         let ends = |min: f32, max: f32, size: u32| -> Range<u32> {
             let first = if min > 0.0 { min as u32 } else { 0 };
-            let end = if max < size as f32 { max.max(0.0).ceil() as u32 } else { size };
+            let end = if max < size as f32 {
+                max.max(0.0).ceil() as u32
+            } else {
+                size
+            };
             first.min(size)..end
         };
         let region = Region {
@@ -156,39 +156,60 @@ impl Task for TestBox<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> bool {
-        let mut at = [simd.splat(0.0); 3];
-        let mut largest = [simd.splat(0.0); 3];
-        for axis in 0..3 {
-            at[axis] = simd.splat(self.center[axis]);
-            let mut reach = self.center[axis].abs();
-            for (half_axis, signs) in self.half_axes.iter().zip(&SIGNS) {
-                at[axis] = simd.add(at[axis], simd.mul(simd.load(signs), simd.splat(half_axis[axis])));
-                reach += half_axis[axis].abs();
+        let matrix = self.clip_from_world;
+        let middle = *matrix * self.center.extend(1.0);
+        let sides = self.half_axes.map(|axis| *matrix * axis.extend(0.0));
+        let mut corners = [simd.splat(0.0); 4];
+        for (coordinate, corners) in corners.iter_mut().enumerate() {
+            *corners = simd.splat(middle[coordinate]);
+            for (side, signs) in sides.iter().zip(&SIGNS) {
+                *corners = simd.add(*corners, simd.mul(simd.load(signs), simd.splat(side[coordinate])));
             }
-            largest[axis] = simd.splat(reach);
         }
-        // Each corner in a lane: the hull of each lane is then the corner.
-        let mut hull = ScreenHull::<S>::empty(simd);
-        hull.add(simd, clip_of(simd, self.clip_from_world, at));
-        let corners = hull.rects(
-            simd,
-            magnitudes(simd, self.clip_from_world, largest),
-            self.buffer.size().as_vec2(),
-        );
-        let mut rect = corners[0];
-        for corner in &corners[1..] {
-            rect.min = rect.min.min(corner.min);
-            rect.max = rect.max.max(corner.max);
-            rect.nearest = rect.nearest.max(corner.nearest);
+        let [x, y, z, w] = corners;
+        let zero = simd.splat(0.0);
+        if simd.le(z, w) & simd.lt(zero, w) != 0xff {
+            return true;
         }
+        let per_w = simd.div(simd.splat(1.0), w);
+        let max_lane = |values| -simd.min_lane(simd.sub(zero, values));
+        let (x, y) = (simd.mul(x, per_w), simd.mul(y, per_w));
+        let min = Vec2::new(simd.min_lane(x), simd.min_lane(y));
+        let max = Vec2::new(max_lane(x), max_lane(y));
+        let nearest = max_lane(simd.mul(z, per_w));
+
+        let [half_x, half_y, half_z] = self.half_axes;
+        let largest = (self.center.abs() + half_x.abs() + half_y.abs() + half_z.abs()).extend(1.0);
+        let error = abs(matrix) * largest * tolerance::RASTER_BOX;
+        let sure_w = simd.min_lane(w) - error.w;
+        if !(sure_w > 0.0) {
+            return true;
+        }
+        // |x / w| is 1 on the edge of the screen, and what is beyond it need not be known well.
+        let grow = (error.xy() + error.w) / sure_w;
+        let size = self.buffer.size().as_vec2() * 0.5;
+        let rect = ScreenRect {
+            min: (Vec2::new(min.x, -max.y) - grow + 1.0) * size,
+            max: (Vec2::new(max.x, -min.y) + grow + 1.0) * size,
+            nearest: nearest + (error.z + error.w * nearest.abs()) / sure_w,
+        };
         self.buffer.shows_rect(simd, &rect)
     }
+}
+
+fn abs(matrix: &Mat4) -> Mat4 {
+    Mat4::from_cols(
+        matrix.x_axis.abs(),
+        matrix.y_axis.abs(),
+        matrix.z_axis.abs(),
+        matrix.w_axis.abs(),
+    )
 }
 
 /// Eight points in clip space.
 #[inline(always)]
 fn clip_of<S: Simd>(simd: S, clip_from_world: &Mat4, at: [S::F32s; 3]) -> [S::F32s; 4] {
-    let mut clip = at_rows(simd);
+    let mut clip = [simd.splat(0.0); 4];
     for (row, clip) in clip.iter_mut().enumerate() {
         let row = clip_from_world.row(row);
         *clip = simd.add(
@@ -199,21 +220,10 @@ fn clip_of<S: Simd>(simd: S, clip_from_world: &Mat4, at: [S::F32s; 3]) -> [S::F3
     clip
 }
 
-#[inline(always)]
-fn at_rows<S: Simd>(simd: S) -> [S::F32s; 4] {
-    [simd.splat(0.0); 4]
-}
-
 /// What is added up to each coordinate in clip space, in magnitude, of points with coordinates of at most these.
 #[inline(always)]
 fn magnitudes<S: Simd>(simd: S, clip_from_world: &Mat4, largest: [S::F32s; 3]) -> [S::F32s; 4] {
-    let abs = Mat4::from_cols(
-        clip_from_world.x_axis.abs(),
-        clip_from_world.y_axis.abs(),
-        clip_from_world.z_axis.abs(),
-        clip_from_world.w_axis.abs(),
-    );
-    clip_of(simd, &abs, largest)
+    clip_of(simd, &abs(clip_from_world), largest)
 }
 
 /// What surrounds points on the screen, lane by lane.

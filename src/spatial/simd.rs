@@ -61,6 +61,8 @@ pub(crate) trait Simd: Copy {
     fn lt_lanes(self, a: Self::F32s, b: Self::F32s) -> Self::U32s;
     /// `values` in the lanes that have all bits, and `otherwise` in those that have none.
     fn blend(self, lanes: Self::U32s, values: Self::F32s, otherwise: Self::F32s) -> Self::F32s;
+    /// The same for bits.
+    fn select_bits(self, lanes: Self::U32s, values: Self::U32s, otherwise: Self::U32s) -> Self::U32s;
     fn load_bits(self, values: &[u32; LANES]) -> Self::U32s;
     fn splat_bits(self, value: u32) -> Self::U32s;
     fn store_bits(self, values: Self::U32s) -> [u32; LANES];
@@ -265,7 +267,24 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn blend(self, lanes: Self::U32s, values: Self::F32s, otherwise: Self::F32s) -> Self::F32s {
-        array::from_fn(|lane| if lanes[lane] != 0 { values[lane] } else { otherwise[lane] })
+        array::from_fn(|lane| {
+            if lanes[lane] != 0 {
+                values[lane]
+            } else {
+                otherwise[lane]
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn select_bits(self, lanes: Self::U32s, values: Self::U32s, otherwise: Self::U32s) -> Self::U32s {
+        array::from_fn(|lane| {
+            if lanes[lane] != 0 {
+                values[lane]
+            } else {
+                otherwise[lane]
+            }
+        })
     }
 
     #[inline(always)]
@@ -507,6 +526,11 @@ mod avx2 {
         #[inline(always)]
         fn blend(self, lanes: __m256i, values: __m256, otherwise: __m256) -> __m256 {
             unsafe { _mm256_blendv_ps(otherwise, values, _mm256_castsi256_ps(lanes)) }
+        }
+
+        #[inline(always)]
+        fn select_bits(self, lanes: __m256i, values: __m256i, otherwise: __m256i) -> __m256i {
+            unsafe { _mm256_blendv_epi8(otherwise, values, lanes) }
         }
 
         #[inline(always)]

@@ -1,0 +1,5 @@
+//! The masked depth buffer.
+
+mod scene;
+mod specification;
+mod strict;
