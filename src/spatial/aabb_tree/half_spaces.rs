@@ -51,6 +51,9 @@ pub(crate) trait Sides<K> {
     fn across(&mut self, key: K, aabb: &Aabb3d);
 }
 
+/// By each half-space, and the ball, the lanes of the boxes that it cuts.
+pub(super) type Cuts = [u32; u8::BITS as usize];
+
 /// A node that is still to be looked into, with what cuts its box, bit by bit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Open {
@@ -108,8 +111,45 @@ impl HalfSpaces {
             })
     }
 
+    /// Of some lanes of boxes below one that is cut by these, those that are not outside, and the lanes that each cuts.
+    #[inline(always)]
+    pub(super) fn sort_out<S: Simd>(&self, simd: S, boxes: Boxes, mut lanes: u32, cut_by: u8) -> (u32, Cuts) {
+        let mut cut = [0; u8::BITS as usize];
+        for (index, plane) in self.planes.iter().enumerate() {
+            if cut_by >> index & 1 == 0 {
+                continue;
+            }
+            let rounding = roundings(simd, plane, boxes);
+            let farthest = signed_distances::<S, true>(simd, plane, boxes);
+            lanes &= !simd.lt(simd.add(farthest, rounding), simd.splat(0.0));
+            if lanes == 0 {
+                break;
+            }
+            let nearest = signed_distances::<S, false>(simd, plane, boxes);
+            // Also if both are infinite, or either is NaN.
+            cut[index] = !simd.lt(rounding, nearest);
+        }
+        if let Some(ball) = &self.ball
+            && cut_by >> Self::BALL & 1 != 0
+        {
+            lanes &= !ball.is_far_from(simd, boxes);
+            cut[Self::BALL] = !ball.surely_in.contains(simd, boxes);
+        }
+        (lanes, cut)
+    }
+
+    /// What cuts the box in a lane, bit by bit.
+    #[inline(always)]
+    pub(super) fn cut_by(cuts: &Cuts, lane: usize) -> u8 {
+        let mut cut_by = 0;
+        for (index, cut) in cuts.iter().enumerate() {
+            cut_by |= ((cut >> lane & 1) as u8) << index;
+        }
+        cut_by
+    }
+
     /// The bits of all that cuts.
-    fn all(&self) -> u8 {
+    pub(super) fn all(&self) -> u8 {
         !(!0u8 << self.planes.len()) | u8::from(self.ball.is_some()) << Self::BALL
     }
 }
@@ -220,35 +260,12 @@ impl<K: Copy, V: Sides<K>> Task for Walk<'_, K, V> {
         while let Some(open) = stack.pop() {
             let node = &self.tree.nodes[open.node as usize];
             let boxes: Boxes = node.into();
-            let mut lanes = simd.with_any_bit(&node.masks, self.mask);
-            let mut cut = [0; u8::BITS as usize];
-            for (index, plane) in self.half_spaces.planes.iter().enumerate() {
-                if open.cut_by >> index & 1 == 0 {
-                    continue;
-                }
-                let rounding = roundings(simd, plane, boxes);
-                let farthest = signed_distances::<S, true>(simd, plane, boxes);
-                lanes &= !simd.lt(simd.add(farthest, rounding), simd.splat(0.0));
-                if lanes == 0 {
-                    break;
-                }
-                let nearest = signed_distances::<S, false>(simd, plane, boxes);
-                // Also if both are infinite, or either is NaN.
-                cut[index] = !simd.lt(rounding, nearest);
-            }
-            if let Some(ball) = &self.half_spaces.ball
-                && open.cut_by >> HalfSpaces::BALL & 1 != 0
-            {
-                lanes &= !ball.is_far_from(simd, boxes);
-                cut[HalfSpaces::BALL] = !ball.surely_in.contains(simd, boxes);
-            }
+            let lanes = simd.with_any_bit(&node.masks, self.mask);
+            let (mut lanes, cut) = self.half_spaces.sort_out(simd, boxes, lanes, open.cut_by);
             while lanes != 0 {
                 let lane = lanes.trailing_zeros() as usize % LANES;
                 lanes &= lanes - 1;
-                let mut cut_by = 0;
-                for (index, cut) in cut.iter().enumerate() {
-                    cut_by |= ((cut >> lane & 1) as u8) << index;
-                }
+                let cut_by = HalfSpaces::cut_by(&cut, lane);
                 match node.child(lane) {
                     Child::Node(child) if cut_by == 0 => self.tree.visit_inside(child, self.mask, self.visit),
                     Child::Node(child) => {

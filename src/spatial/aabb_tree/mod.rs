@@ -14,6 +14,7 @@
 //!   become noticeably larger than they were.
 
 mod build;
+mod front_to_back;
 mod half_spaces;
 mod insert;
 mod masked;
@@ -23,6 +24,7 @@ mod refit;
 mod traverse;
 mod validate;
 
+pub(crate) use front_to_back::{Judge, Waiting};
 pub(crate) use half_spaces::{HalfSpaces, Open, Sides};
 pub use masked::Masked;
 pub use rebuild::{Rebuild, Rebuilt};
