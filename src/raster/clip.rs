@@ -194,8 +194,8 @@ impl DepthPlane {
         let per_column = 2.0 * normal.x / size.x;
         let per_row = -2.0 * normal.y / size.y;
         // A tile reaches beyond the pixels.
-        let reach = per_column.abs() * (pixels.columns.len() as f64 + 64.0)
-            + per_row.abs() * (pixels.rows.len() as f64 + 16.0);
+        let reach =
+            per_column.abs() * (pixels.columns.len() as f64 + 64.0) + per_row.abs() * (pixels.rows.len() as f64 + 16.0);
         let rounding = f64::from(tolerance::RASTER_LINE) * (depth.abs() + reach);
         let plane = Self {
             x: x as f32,

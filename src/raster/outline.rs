@@ -65,7 +65,11 @@ impl Brush for Paint<'_> {
 /// The farthest depths of a plane in the blocks of a tile.
 #[inline(always)]
 pub(super) fn farthest_of_blocks<S: Simd>(simd: S, plane: &DepthPlane, left: f32, top: f32) -> S::F32s {
-    let across = if plane.per_column < 0.0 { BLOCK_WIDTH as f32 } else { 0.0 };
+    let across = if plane.per_column < 0.0 {
+        BLOCK_WIDTH as f32
+    } else {
+        0.0
+    };
     let down = if plane.per_row < 0.0 { BLOCK_HEIGHT as f32 } else { 0.0 };
     let x = simd.add(simd.load(&BLOCK_LEFT), simd.splat(left + across - plane.x));
     let y = simd.add(simd.load(&BLOCK_TOP), simd.splat(top + down - plane.y));
@@ -159,10 +163,7 @@ impl<'a> Object<'a> {
             self.is_sure = false;
             return;
         }
-        let pixels: SmallVec<[DVec2; 6]> = clipped
-            .iter()
-            .map(|corner| to_pixels(corner.clip, self.size))
-            .collect();
+        let pixels: SmallVec<[DVec2; 6]> = clipped.iter().map(|corner| to_pixels(corner.clip, self.size)).collect();
         let mut depths = [f64::INFINITY, f64::NEG_INFINITY];
         for corner in &clipped {
             let depth = corner.clip.z / corner.clip.w;

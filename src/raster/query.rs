@@ -49,11 +49,7 @@ impl MaskedDepthBuffer {
     pub fn is_aabb_visible(&self, aabb: &Aabb3d, clip_from_world: &Mat4) -> bool {
         let half = (aabb.max - aabb.min) * 0.5;
         let center = (aabb.max + aabb.min) * 0.5;
-        let axes = [
-            Vec3A::X * half.x,
-            Vec3A::Y * half.y,
-            Vec3A::Z * half.z,
-        ];
+        let axes = [Vec3A::X * half.x, Vec3A::Y * half.y, Vec3A::Z * half.z];
         self.is_parallelepiped_visible(center, axes, clip_from_world)
     }
 
@@ -92,7 +88,11 @@ impl MaskedDepthBuffer {
         // Also what is NaN is everywhere.
         let ends = |min: f32, max: f32, size: u32| -> Range<u32> {
             let first = if min > 0.0 { min as u32 } else { 0 };
-            let end = if max < size as f32 { max.max(0.0).ceil() as u32 } else { size };
+            let end = if max < size as f32 {
+                max.max(0.0).ceil() as u32
+            } else {
+                size
+            };
             first.min(size)..end
         };
         let region = Region {

@@ -147,7 +147,12 @@ fn project<S: Simd>(simd: S, mesh: &OccluderMesh, clip_from_model: &Mat4, size: 
             simd.and_not(simd.splat_bits(outside::NEAR), is_beyond_near),
             simd.and_not(simd.splat_bits(outside::FAR_AWAY), is_close),
         );
-        on_screen.extend_from_slice(&simd.rows([screen_x, screen_y, simd.mul(z, per_w), simd.floats(simd.or(sides, depths))]));
+        on_screen.extend_from_slice(&simd.rows([
+            screen_x,
+            screen_y,
+            simd.mul(z, per_w),
+            simd.floats(simd.or(sides, depths)),
+        ]));
     }
 }
 
@@ -167,7 +172,11 @@ fn draw_eight<S: Simd>(
             rows[corner][lane] = &on_screen[triangle[corner] as usize];
         }
     }
-    let [a, b, c] = [simd.transpose(rows[0]), simd.transpose(rows[1]), simd.transpose(rows[2])];
+    let [a, b, c] = [
+        simd.transpose(rows[0]),
+        simd.transpose(rows[1]),
+        simd.transpose(rows[2]),
+    ];
     let (out_a, out_b, out_c) = (simd.bits(a[3]), simd.bits(b[3]), simd.bits(c[3]));
     let none = simd.splat_bits(0);
     let everywhere = simd.and(simd.and(out_a, out_b), out_c);
@@ -293,14 +302,8 @@ fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>
     }
 
     let per_area = simd.div(simd.splat(-1.0), area);
-    let per_column = simd.mul(
-        simd.sub(simd.mul(ab[2], ac[1]), simd.mul(ac[2], ab[1])),
-        per_area,
-    );
-    let per_row = simd.mul(
-        simd.sub(simd.mul(ac[2], ab[0]), simd.mul(ab[2], ac[0])),
-        per_area,
-    );
+    let per_column = simd.mul(simd.sub(simd.mul(ab[2], ac[1]), simd.mul(ac[2], ab[1])), per_area);
+    let per_row = simd.mul(simd.sub(simd.mul(ac[2], ab[0]), simd.mul(ab[2], ac[0])), per_area);
     let plane = [
         simd.store(x[0]),
         simd.store(y[0]),

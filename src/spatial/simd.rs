@@ -265,7 +265,13 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn blend(self, lanes: Self::U32s, values: Self::F32s, otherwise: Self::F32s) -> Self::F32s {
-        array::from_fn(|lane| if lanes[lane] != 0 { values[lane] } else { otherwise[lane] })
+        array::from_fn(|lane| {
+            if lanes[lane] != 0 {
+                values[lane]
+            } else {
+                otherwise[lane]
+            }
+        })
     }
 
     #[inline(always)]
