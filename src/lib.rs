@@ -39,6 +39,7 @@ pub mod culling;
 pub mod geometry;
 pub mod index;
 pub mod mesh;
+pub mod occlusion;
 #[cfg(feature = "picking")]
 pub mod picking;
 pub mod raster;

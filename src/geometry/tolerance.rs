@@ -148,3 +148,15 @@ pub const RASTER_BOX: f32 = 8.0 * f32::EPSILON;
 
 /// The same for a corner in double precision: what is drawn strictly must be surer of its place than [`RASTER_PIXELS`].
 pub const RASTER_CORNER: f64 = 8.0 * f64::EPSILON;
+
+/// How far apart the two sides of a seam of a solid mesh may be, as a fraction of the largest coordinate.
+///
+/// A full turn ends beside its beginning, for the sine of 2π as `f32` has it is 1.5u off zero, and a few roundings more
+/// where the turn is placed; 32u cover that, and no gap of this width is seen on any screen.
+pub const SEAM: f64 = 16.0 * f32::EPSILON as f64;
+
+/// How far the faces of a box inside of a mesh stay away from the surface, as a fraction of the size of the box on that
+/// axis.
+///
+/// A depth buffer of `f32` that is drawn by the box, and asked about what lies on the surface, tells the two apart.
+pub const INNER_BOX: f64 = 1.0 / 4096.0;

@@ -94,6 +94,10 @@ impl MeshSlot {
         self.loaded().map(|loaded| &*loaded.triangles)
     }
 
+    pub fn shared_triangles(&self) -> Option<Triangles> {
+        triangles_of(&self.content).cloned()
+    }
+
     /// The kinds of volume that are kept.
     pub fn volumes(&self) -> impl Iterator<Item = BoundingKind> + '_ {
         self.volumes.kinds()

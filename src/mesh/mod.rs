@@ -4,6 +4,7 @@
 
 pub mod build;
 pub mod bvh;
+pub mod inner_boxes;
 pub mod mesh_mesh;
 mod packet;
 pub mod pose;
@@ -14,6 +15,7 @@ mod validate;
 
 pub use build::MeshBuildSettings;
 pub use bvh::MeshBvh;
+pub use inner_boxes::{InnerBoxSettings, InnerBoxes, NotSolid};
 pub use mesh_mesh::{PlacedMesh, TrianglePair};
 pub use pose::{MeshDeformer, Pose, PosedMesh};
 pub use queries::{SphereContact, SurfacePoint, TriangleRegion};

@@ -8,7 +8,7 @@ mod volumes;
 pub(super) use loaded::{Loaded, Triangles};
 pub(super) use volumes::{Role, Volumes};
 
-use std::{collections::VecDeque, sync::atomic::AtomicBool};
+use std::{collections::VecDeque, ops::Deref, sync::atomic::AtomicBool};
 
 use bevy::{
     asset::{AssetId, Assets},
@@ -119,6 +119,14 @@ impl MeshBvhs {
     /// The triangles of a mesh, if an indexed entity uses it and it is usable.
     pub fn triangles(&self, id: impl Into<AssetId<Mesh>>) -> Option<&TriangleMesh> {
         self.slots.get(&id.into()).and_then(MeshSlot::triangles)
+    }
+
+    /// The same to be kept: they stay as they are when the mesh changes.
+    pub(crate) fn shared_triangles(
+        &self,
+        id: AssetId<Mesh>,
+    ) -> Option<impl Deref<Target = TriangleMesh> + Send + Sync + 'static> {
+        self.slots.get(&id).and_then(MeshSlot::shared_triangles)
     }
 
     /// The kinds of bounding volume that entities have asked for of a mesh, by [`BoundedBy`](super::BoundedBy) or

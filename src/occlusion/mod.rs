@@ -1,0 +1,76 @@
+//! Occlusion: what hides what is behind it.
+//!
+//! # What occludes
+//!
+//! An entity with an [`Occluder`], which says by what shape:
+//!
+//! | | shape | of what it is made | what is needed |
+//! |---|---|---|---|
+//! | [`Auto`](Occluder::Auto) | [boxes inside of the mesh](crate::mesh::InnerBoxes) | its `Mesh3d` | a closed mesh |
+//! | [`Box`](Occluder::Box) | its box | its `Aabb` | that it fills its box |
+//! | [`Mesh`](Occluder::Mesh) | triangles | its `Mesh3d` | few triangles |
+//! | [`Proxy`](Occluder::Proxy) | triangles | any mesh | that this lies within what is drawn |
+//!
+//! It occludes while it is shown (`InheritedVisibility`), has a `GlobalTransform` that is finite, and no
+//! `VisibilityRange` in whose margins it is half there. `Auto` and `Mesh` follow the mesh asset; a mesh that is skinned or
+//! morphed is not where its vertices are, and does not occlude by them. Nothing is known of materials: what is drawn in
+//! part, blended, or by a shader that moves it must not have an `Occluder`.
+//!
+//! # When
+//!
+//! Shapes are made of a mesh once, in the background, for all entities that use it. Until then, and from any change of
+//! the asset to the next shape, they hide nothing. [`Occluders`] is brought up to date in
+//! [`OcclusionSystems::FollowOccluders`], by what has changed.
+//!
+//! # What does not occlude
+//!
+//! If it should: an open mesh, a mesh without data, a pose. It is listed by [`Occluders::refused`], with one warning.
+
+mod follow;
+mod occluder;
+mod occluders;
+mod shapes;
+
+pub use occluder::{Occluder, OccluderSettings};
+pub use occluders::{OccluderRefusal, OccluderShape, Occluders};
+
+use bevy::{
+    app::{App, Plugin, PostUpdate},
+    ecs::schedule::{IntoScheduleConfigs, SystemSet},
+};
+
+use crate::{
+    culling::ViewCullingSystems,
+    index::{SpatialIndexPlugin, SpatialIndexSystems},
+};
+
+/// When it is found out what is hidden; all in `PostUpdate`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
+pub enum OcclusionSystems {
+    /// [`Occluders`] are brought up to date: after the index, before views are culled.
+    FollowOccluders,
+}
+
+/// Keeps the [`Occluders`]. Adds [`SpatialIndexPlugin`] by itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OcclusionPlugin;
+
+impl Plugin for OcclusionPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins(SpatialIndexPlugin)
+            .init_resource::<Occluders>()
+            .init_resource::<OccluderSettings>()
+            .register_type::<Occluder>()
+            .register_type::<OccluderSettings>()
+            .configure_sets(
+                PostUpdate,
+                OcclusionSystems::FollowOccluders
+                    .after(SpatialIndexSystems::Sync)
+                    .before(ViewCullingSystems::Find),
+            )
+            .add_systems(
+                PostUpdate,
+                follow::follow_occluders.in_set(OcclusionSystems::FollowOccluders),
+            );
+    }
+}
