@@ -1,15 +1,15 @@
 //! The box of a mesh, cut into cells: which a triangle touches, which are inside.
 
-use bevy::math::DVec3;
+use bevy::math::{DVec3, bounding::Aabb3d};
 
-use super::{NotSolid, clip::Part, solid::Solid};
+use super::{clip::Part, solid::Solid};
 use crate::{
     geometry::tolerance,
     spatial::build::{Cancelled, Stage},
 };
 
 /// The fewest cells along a side.
-const LEAST_CELLS: usize = 8;
+const LEAST_CELLS: f64 = 8.0;
 /// The most flat parts of the surface at which each axis is cut.
 const MOST_FLATS: usize = 12;
 /// How large a flat part must be, as a fraction of the section of the box that it is parallel to.
@@ -25,15 +25,14 @@ const STEP: usize = 1024;
 pub(super) struct GridResolution([Vec<f64>; 3]);
 
 impl GridResolution {
-    /// About `cells` along the longest side. `None` if the box is flat.
-    pub fn new(solid: &Solid, cells: usize) -> Option<Self> {
+    /// Cells of a side of about `step`, or less where there were few of them. `None` if the box is flat.
+    pub fn new(solid: &Solid, step: f64) -> Option<Self> {
         let size = solid.max - solid.min;
         if size.min_element() <= 8.0 * solid.largest * f64::from(f32::EPSILON) {
             return None;
         }
         let cuts_on = |axis: usize| {
-            let in_proportion = (cells as f64 * size[axis] / size.max_element()).round() as usize;
-            let step = size[axis] / in_proportion.clamp(LEAST_CELLS.min(cells), cells) as f64;
+            let step = step.min(size[axis] / LEAST_CELLS);
             cuts([solid.min[axis], solid.max[axis]], step, &flats(solid, axis))
         };
         Some(Self([0, 1, 2].map(cuts_on)))
@@ -117,6 +116,15 @@ pub(super) struct CellBox {
     pub max: [usize; 3],
 }
 
+/// What triangles go around.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Enclosed {
+    /// There are cells inside.
+    pub any: bool,
+    /// There are cells around which triangles wind clockwise.
+    pub any_inverted: bool,
+}
+
 /// The cells.
 #[derive(Debug)]
 pub(super) struct Grid {
@@ -165,7 +173,7 @@ impl Grid {
     }
 
     /// Finds the cells that are inside: all of a connected region, or none, for no triangle goes through it.
-    pub fn find_inside(&mut self, solid: &Solid) -> Result<(), NotSolid> {
+    pub fn find_inside(&mut self, solid: &Solid) -> Enclosed {
         let mut is_known: Vec<bool> = self.cells.iter().map(|&cell| cell == Cell::Surface).collect();
         let mut regions = Vec::new();
         for cell in 0..self.cells.len() {
@@ -174,22 +182,18 @@ impl Grid {
             }
         }
         regions.sort_by_key(|region| std::cmp::Reverse(region.len()));
-        let (mut any_inside, mut any_inverted) = (false, false);
+        let mut enclosed = Enclosed::default();
         for region in regions.into_iter().take(MOST_REGIONS) {
             let winding = solid.winding_number(self.center(region[0]));
-            any_inverted |= winding < 0;
+            enclosed.any_inverted |= winding < 0;
             if winding > 0 {
-                any_inside = true;
+                enclosed.any = true;
                 for cell in region {
                     self.cells[cell] = Cell::Inside;
                 }
             }
         }
-        match (any_inside, any_inverted) {
-            (true, _) => Ok(()),
-            (false, true) => Err(NotSolid::InsideOut),
-            (false, false) => Err(NotSolid::NoRoom),
-        }
+        enclosed
     }
 
     /// The cells that are connected with one, by their sides.
@@ -214,16 +218,35 @@ impl Grid {
         region
     }
 
-    /// Notes that a box was taken.
-    pub fn cover(&mut self, cells: &CellBox) {
+    /// Notes that a box was taken; returns whether any of its cells was inside and not covered yet.
+    pub fn cover(&mut self, cells: &CellBox) -> bool {
+        let mut any = false;
         for x in cells.min[0]..cells.max[0] {
             for y in cells.min[1]..cells.max[1] {
                 for z in cells.min[2]..cells.max[2] {
                     let cell = self.number([x, y, z]);
-                    self.cells[cell] = Cell::Covered;
+                    if self.cells[cell] == Cell::Inside {
+                        self.cells[cell] = Cell::Covered;
+                        any = true;
+                    }
                 }
             }
         }
+        any
+    }
+
+    /// The same for the cells whose centres lie in a box.
+    pub fn cover_within(&mut self, taken: &Aabb3d) -> bool {
+        let cells_before = |axis: usize, bound: f32| {
+            let cuts = &self.cuts[axis];
+            let middles = (1..cuts.len()).map(|end| (cuts[end - 1] + cuts[end]) / 2.0);
+            middles.take_while(|&middle| middle < f64::from(bound)).count()
+        };
+        let cells = CellBox {
+            min: [0, 1, 2].map(|axis| cells_before(axis, taken.min[axis])),
+            max: [0, 1, 2].map(|axis| cells_before(axis, taken.max[axis])),
+        };
+        self.cover(&cells)
     }
 
     /// The corners of a box of cells.

@@ -1,13 +1,13 @@
 //! Boxes inside of a solid mesh: what they hide, the mesh hides.
 //!
-//! 1. The mesh must [enclose something](solid): it has no open edge, and faces outward.
-//! 2. Its box is cut into [cells](grid). Cells that no triangle touches lie inside or outside as a whole.
-//! 3. Of all boxes of inner cells, the one with the [largest surface](largest) that is not covered yet is taken, and its
-//!    faces are [pushed](push) on to the triangles that they meet. Again, until it is no longer worth it.
+//! 1. The mesh must enclose something: it has no open edge, and faces outward. If it consists of several parts
+//!    that do, each is looked at by itself, for what is inside of it is hidden, whatever of the others is there.
+//! 2. The box of each is cut into cells. Cells that no triangle touches lie inside or outside as a whole.
+//! 3. Of all boxes of inner cells, the one with the largest surface that is not covered yet is taken, and its
+//!    faces are pushed on to the triangles that they meet. Again, until it is no longer worth it.
 //!
-//! After 3, whatever a box hides from an eye outside of the mesh is behind a front face: on its way from the eye to the
-//! box, a ray enters the solid. From an eye inside, whose view is not blocked by faces that are seen from behind, it is
-//! not.
+//! Whatever such a box hides from an eye outside of the mesh is behind a front face: on its way from the eye to the box, a
+//! ray enters the solid. From an eye inside it is not, for there faces are seen from behind, and most are not drawn then.
 //!
 //! Related: Darnell, *Automated Occluders for GPU Culling*, 2011, which keeps boxes of voxels too.
 
@@ -15,6 +15,7 @@ mod clip;
 mod grid;
 mod largest;
 mod push;
+mod search;
 mod solid;
 
 use bevy::{
@@ -23,15 +24,12 @@ use bevy::{
 };
 
 use super::TriangleMesh;
-use crate::spatial::{
-    BuildProgress,
-    build::{Cancelled, Stage},
-};
-use grid::{Grid, GridResolution};
-use solid::Solid;
+use crate::spatial::{BuildProgress, build::Cancelled};
+use search::Search;
+use solid::{Solid, Solids};
 
-/// The fewest and the most cells along the longest side.
-const CELLS: [u32; 2] = [4, 128];
+/// Of how many parts of a mesh boxes are looked for, for each box that is asked for: of the largest.
+const PARTS_PER_BOX: usize = 2;
 
 /// How the boxes inside of a mesh are looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Reflect)]
@@ -78,7 +76,8 @@ pub enum NotSolid {
 
 /// Axis-aligned boxes inside of a solid mesh, in its local space; the most useful first. They may overlap.
 ///
-/// No triangle touches any of them, and the triangles wind around every point of them, counter-clockwise from outside.
+/// Triangles wind around every point of them, counter-clockwise from outside. No triangle touches a box but those of parts
+/// that overlap the one in which it lies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InnerBoxes {
     /// The boxes, each of positive size.
@@ -139,28 +138,22 @@ fn search(
     settings: &InnerBoxSettings,
     progress: Option<&BuildProgress>,
 ) -> Result<Vec<Aabb3d>, Stopped> {
-    let solid = Solid::new(mesh)?;
-    let resolution = GridResolution::new(&solid, settings.cells.clamp(CELLS[0], CELLS[1]) as usize);
-    let touching = Stage::new(progress, 0.1, 0.5, solid.triangles.len());
-    let mut grid = Grid::new(&solid, resolution.ok_or(NotSolid::NoRoom)?, &touching)?;
-    grid.find_inside(&solid)?;
-
-    let mut boxes = Vec::new();
-    let mut covered = 0.0;
-    let growing = Stage::new(progress, 0.5, 1.0, settings.max_boxes);
-    for _ in 0..settings.max_boxes {
-        growing.advance(1)?;
-        let Some((cells, gain)) = grid.largest_box() else {
-            break;
-        };
-        if gain < covered * f64::from(settings.least_gain) {
-            break;
-        }
-        covered += gain;
-        grid.cover(&cells);
-        let pushed = solid.push_faces(grid.bounds(&cells));
-        boxes.extend(pushed.filter(|pushed| solid::is_clear(mesh, pushed)));
+    let Solids { whole, mut parts } = Solids::new(mesh)?;
+    let mut of_parts = None;
+    // What is inside of a part is inside of the mesh, unless another part is a hole.
+    if parts.len() > 1 && !parts.iter().any(Solid::is_inverted) {
+        parts.sort_by(|a, b| b.surface().total_cmp(&a.surface()));
+        parts.truncate(settings.max_boxes.saturating_mul(PARTS_PER_BOX));
+        of_parts = Some(Search::new(&parts, &whole, settings, progress)?);
     }
+    let mut search = match of_parts.filter(|search| !search.enclosed.any_inverted) {
+        Some(search) => search,
+        None => Search::new(std::slice::from_ref(&whole), &whole, settings, progress)?,
+    };
+    if !search.enclosed.any && search.enclosed.any_inverted {
+        return Err(NotSolid::InsideOut.into());
+    }
+    let boxes = search.take_boxes(settings, progress)?;
     if boxes.is_empty() {
         return Err(NotSolid::NoRoom.into());
     }

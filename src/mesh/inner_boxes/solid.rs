@@ -12,7 +12,16 @@ use crate::{
     mesh::TriangleMesh,
 };
 
-/// The triangles of a mesh without open edges.
+/// A mesh without open edges, and the closed parts of which it consists.
+#[derive(Debug)]
+pub(super) struct Solids {
+    pub whole: Solid,
+    /// At least one. Where several edges lie in one place, triangles are neighbours that come next in the mesh, so that
+    /// parts that were made one after the other remain apart.
+    pub parts: Vec<Solid>,
+}
+
+/// Triangles without open edges.
 ///
 /// Every edge has as many triangles on one side as on the other, so that the winding number of a point off the surface
 /// does not depend on the direction in which triangles are counted.
@@ -21,7 +30,7 @@ pub(super) struct Solid {
     pub triangles: Vec<[DVec3; 3]>,
     pub min: DVec3,
     pub max: DVec3,
-    /// The largest coordinate.
+    /// The largest coordinate of the mesh.
     pub largest: f64,
     /// How far the vertices of the mesh may be from those of the triangles.
     pub seam: f64,
@@ -29,28 +38,96 @@ pub(super) struct Solid {
     pub slack: f64,
 }
 
-impl Solid {
+impl Solids {
     pub fn new(mesh: &TriangleMesh) -> Result<Self, NotSolid> {
         let mut welded = Welded::new(mesh);
         let aabb = mesh.aabb();
         let largest = f64::from(aabb.min.abs().max(aabb.max.abs()).max_element());
         let mut seam = 0.0;
-        let mut open = welded.open_edges();
-        if !open.is_empty() {
+        let mut neighbours = welded.neighbours();
+        if let Err(open) = &neighbours {
             seam = largest * tolerance::SEAM;
-            welded.close_seams(&open, seam);
-            open = welded.open_edges();
+            welded.close_seams(open, seam);
+            neighbours = welded.neighbours();
         }
-        if !open.is_empty() {
-            return Err(NotSolid::Open { edges: open.len() });
+        let neighbours = neighbours.map_err(|open| NotSolid::Open { edges: open.len() })?;
+        let solid = |triangles: Vec<[DVec3; 3]>| {
+            let corners = || triangles.iter().flatten().copied();
+            Solid {
+                min: corners().fold(DVec3::INFINITY, DVec3::min),
+                max: corners().fold(DVec3::NEG_INFINITY, DVec3::max),
+                triangles,
+                largest,
+                seam,
+                slack: largest * tolerance::DOUBLE,
+            }
+        };
+        let mut parts: Vec<Vec<[DVec3; 3]>> = Vec::new();
+        let numbers = connected(welded.triangles.len(), &neighbours);
+        for (triangle, part) in welded.triangles().zip(numbers) {
+            if part == parts.len() {
+                parts.push(Vec::new());
+            }
+            parts[part].push(triangle);
         }
         Ok(Self {
-            triangles: welded.triangles().collect(),
-            min: aabb.min.as_dvec3(),
-            max: aabb.max.as_dvec3(),
-            largest,
-            seam,
-            slack: largest * tolerance::DOUBLE,
+            whole: solid(welded.triangles().collect()),
+            parts: parts.into_iter().map(solid).collect(),
+        })
+    }
+}
+
+/// The number of the group in which each of `count` things is, with those that it is connected with: groups are counted
+/// as they come.
+fn connected(count: usize, pairs: &[[u32; 2]]) -> Vec<usize> {
+    let mut parents: Vec<u32> = (0..count as u32).collect();
+    for &[a, b] in pairs {
+        let (a, b) = (root(&mut parents, a), root(&mut parents, b));
+        parents[b as usize] = a;
+    }
+    let mut numbers = HashMap::new();
+    let number = |thing| {
+        let next = numbers.len();
+        *numbers.entry(root(&mut parents, thing)).or_insert(next)
+    };
+    (0..count as u32).map(number).collect()
+}
+
+/// The thing that stands for a group; shortens the way there.
+fn root(parents: &mut [u32], mut thing: u32) -> u32 {
+    while parents[thing as usize] != thing {
+        let parent = parents[thing as usize];
+        parents[thing as usize] = parents[parent as usize];
+        thing = parent;
+    }
+    thing
+}
+
+impl Solid {
+    /// The surface of the box around it.
+    pub fn surface(&self) -> f64 {
+        let size = self.max - self.min;
+        2.0 * (size * DVec3::new(size.y, size.z, size.x)).element_sum()
+    }
+
+    /// Whether it encloses less than nothing: more of it winds clockwise.
+    pub fn is_inverted(&self) -> bool {
+        let of_cone = |corners: &[DVec3; 3]| {
+            let [a, b, c] = corners.map(|corner| corner - self.min);
+            a.dot(b.cross(c))
+        };
+        let volume: f64 = self.triangles.iter().map(of_cone).sum();
+        volume < -tolerance::DOUBLE * (self.max - self.min).element_sum().powi(3)
+    }
+
+    /// Whether no triangle touches the box.
+    pub fn is_clear(&self, aabb: &Aabb3d) -> bool {
+        let (min, max) = (aabb.min.as_dvec3(), aabb.max.as_dvec3());
+        self.triangles.iter().all(|&[a, b, c]| {
+            let is_near = a.min(b).min(c).cmple(max).all() && min.cmple(a.max(b).max(c)).all();
+            // The corners were single precision before.
+            let [a, b, c] = [a, b, c].map(DVec3::as_vec3);
+            !(is_near && aabb.intersects(&Triangle3d::new(a, b, c)))
         })
     }
 
@@ -90,18 +167,10 @@ fn turn(from: DVec3, to: DVec3, point: DVec3) -> i32 {
     }
 }
 
-/// Whether no triangle of the mesh touches the box.
-pub(super) fn is_clear(mesh: &TriangleMesh, aabb: &Aabb3d) -> bool {
-    let (min, max) = (Vec3::from(aabb.min), Vec3::from(aabb.max));
-    mesh.corners_of_all().all(|[a, b, c]| {
-        let is_near = a.min(b).min(c).cmple(max).all() && min.cmple(a.max(b).max(c)).all();
-        !(is_near && aabb.intersects(&Triangle3d::new(a, b, c)))
-    })
-}
-
 /// Triangles between vertices of which no two are in the same place.
 struct Welded {
     positions: Vec<Vec3>,
+    /// In the order of the mesh.
     triangles: Vec<[u32; 3]>,
 }
 
@@ -117,7 +186,10 @@ impl Welded {
                 positions.len() as u32 - 1
             })
         };
-        let triangles = mesh.corners_of_all().map(|corners| corners.map(&mut number)).collect();
+        let mut slots: Vec<u32> = mesh.slots().collect();
+        slots.sort_unstable_by_key(|&slot| mesh.number(slot));
+        let corners = slots.into_iter().map(|slot| mesh.corners(slot).map(Vec3::from));
+        let triangles = corners.map(|corners| corners.map(&mut number)).collect();
         Self { positions, triangles }
     }
 
@@ -126,20 +198,28 @@ impl Welded {
         self.triangles.iter().map(move |vertices| vertices.map(place))
     }
 
-    /// The edges, by their vertices, that are passed more often in one direction than in the other.
-    fn open_edges(&self) -> Vec<[u32; 2]> {
-        let mut edges = Vec::with_capacity(3 * self.triangles.len());
-        for &[a, b, c] in &self.triangles {
+    /// The pairs of triangles that meet at an edge, which one passes in one direction and the other in the other.
+    ///
+    /// If there are edges that are passed more often in one direction, those, by their vertices.
+    fn neighbours(&self) -> Result<Vec<[u32; 2]>, Vec<[u32; 2]>> {
+        let mut passes = Vec::with_capacity(3 * self.triangles.len());
+        for (triangle, &[a, b, c]) in (0..).zip(&self.triangles) {
             for [from, to] in [[a, b], [b, c], [c, a]] {
                 if from != to {
-                    edges.push(([from.min(to), from.max(to)], if from < to { 1 } else { -1 }));
+                    passes.push(([from.min(to), from.max(to)], from < to, triangle));
                 }
             }
         }
-        edges.sort_unstable();
-        let same_edge = edges.chunk_by(|(a, _), (b, _)| a == b);
-        let open = same_edge.filter(|passes| passes.iter().map(|(_, way)| way).sum::<i32>() != 0);
-        open.map(|passes| passes[0].0).collect()
+        passes.sort_unstable();
+        let (mut neighbours, mut open) = (Vec::with_capacity(passes.len() / 2), Vec::new());
+        for of_edge in passes.chunk_by(|a, b| a.0 == b.0) {
+            let (back, forth) = of_edge.split_at(of_edge.partition_point(|pass| !pass.1));
+            if back.len() != forth.len() {
+                open.push(of_edge[0].0);
+            }
+            neighbours.extend(back.iter().zip(forth).map(|(a, b)| [a.2, b.2]));
+        }
+        if open.is_empty() { Ok(neighbours) } else { Err(open) }
     }
 
     /// Makes one of vertices of these edges that are closer to each other than `seam`.

@@ -1,0 +1,3 @@
+//! What hides what is behind it.
+
+mod occluders;
