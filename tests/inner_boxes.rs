@@ -7,7 +7,8 @@ use bevy::{
     prelude::*,
 };
 use bevy_sightline::{
-    mesh::{InnerBoxSettings, InnerBoxes, NotSolid, TriangleMesh},
+    geometry::ray::{Ray, triangle::Backfaces},
+    mesh::{InnerBoxSettings, InnerBoxes, MeshBvh, NotSolid, TriangleMesh},
     spatial::BuildProgress,
 };
 use rand::Rng;
@@ -377,6 +378,21 @@ fn boxes_are_inside_of_what_passes_through_itself() {
         minor_radius: 1.0,
         major_radius: 0.6,
     }));
+    let mut rng = rng(4);
+    for _ in 0..10 {
+        let waves: [[Vec3; 2]; 4] = std::array::from_fn(|_| [random_point(&mut rng, 5.0), random_point(&mut rng, 0.6)]);
+        let offset = |corner: Vec3| {
+            waves
+                .iter()
+                .map(|[wave, way]| way * wave.dot(corner).sin())
+                .sum::<Vec3>()
+        };
+        let crumpled = moved(&ball(6), |corner| corner + offset(corner));
+        match find(&crumpled) {
+            Ok(boxes) => assert_inside(&crumpled, &boxes),
+            Err(why) => assert!(matches!(why, NotSolid::NoRoom | NotSolid::InsideOut), "{why}"),
+        }
+    }
     let twisted = moved(&cuboid(Vec3::splat(-1.0), Vec3::ONE), |corner| {
         if corner == Vec3::ONE { Vec3::splat(-1.5) } else { corner }
     });
@@ -459,6 +475,47 @@ fn numbers_at_the_end_of_the_range_do_no_harm() {
     for scale in [1e-40, 1e-20, 1e20, 3e38] {
         if let Ok(boxes) = find(&moved(&triangles_of(Cuboid::default()), |corner| corner * scale)) {
             assert!(boxes.iter().all(|aabb| aabb.min.is_finite() && aabb.max.is_finite()));
+        }
+    }
+}
+
+// --- What it is for ---
+
+#[test]
+fn what_a_box_hides_from_outside_a_front_face_hides() {
+    let mut rng = rng(3);
+    for round in 0..12 {
+        let parts: Vec<Triangles> = match round % 3 {
+            0 => vec![potato(&mut rng)],
+            1 => vec![
+                cuboid(Vec3::NEG_ONE, Vec3::ONE),
+                inverted(&cuboid(Vec3::splat(-0.8), Vec3::splat(0.8))),
+            ],
+            _ => (0..6)
+                .map(|_| {
+                    let (center, size) = (random_point(&mut rng, 1.0), random_point(&mut rng, 0.6).abs() + 0.1);
+                    cuboid(center - size, center + size)
+                })
+                .collect(),
+        };
+        let triangles = parts.concat();
+        let boxes = find(&triangles).expect("a solid");
+        let bvh = MeshBvh::build(&mesh_of(&triangles));
+        let mut rays = 0;
+        while rays < 300 {
+            let eye = random_point(&mut rng, 2.0);
+            if winding(&triangles, eye.as_dvec3()) != 0 {
+                continue;
+            }
+            let aabb = boxes[rng.random_range(0..boxes.len())];
+            let weights = Vec3A::from(random_point(&mut rng, 0.5)) + 0.5;
+            let target = Vec3::from(aabb.min + (aabb.max - aabb.min) * weights);
+            let ray = Ray::from_ray3d(ray_towards(eye, target), eye.distance(target)).expect("a finite ray");
+            assert!(
+                bvh.closest_hit(&ray, Backfaces::Cull).is_some(),
+                "{aabb:?} is seen from {eye}"
+            );
+            rays += 1;
         }
     }
 }

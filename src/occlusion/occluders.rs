@@ -65,9 +65,9 @@ pub struct Occluders {
     /// By the index of the entity in the world.
     records: Vec<Option<Record>>,
     /// How many records there are.
+    known: usize,
+    /// How many of them are of entities that occlude.
     len: usize,
-    /// How many of them occlude.
-    active: usize,
     refused: EntityHashMap<OccluderRefusal>,
     version: u64,
     pub(super) shapes: Shapes,
@@ -120,12 +120,12 @@ impl Occluders {
 
     /// How many entities occlude.
     pub fn len(&self) -> usize {
-        self.active
+        self.len
     }
 
     /// Whether nothing occludes.
     pub fn is_empty(&self) -> bool {
-        self.active == 0
+        self.len == 0
     }
 
     /// Grows with every change of what occludes: whenever something that has occluded, or does now, comes, goes, moves, or
@@ -164,7 +164,7 @@ impl Occluders {
 
     /// How many entities are known, whether they occlude or not.
     pub(super) fn known(&self) -> usize {
-        self.len
+        self.known
     }
 
     /// The entities that are known.
@@ -202,9 +202,9 @@ impl Occluders {
         }
         let old = std::mem::replace(&mut self.records[index], record);
         let new = &self.records[index];
-        self.len = self.len + usize::from(new.is_some()) - usize::from(old.is_some());
+        self.known = self.known + usize::from(new.is_some()) - usize::from(old.is_some());
         let is_active = |record: &Option<Record>| record.as_ref().is_some_and(|record| record.active.is_some());
-        self.active = self.active + usize::from(is_active(new)) - usize::from(is_active(&old));
+        self.len = self.len + usize::from(is_active(new)) - usize::from(is_active(&old));
         let active = |record: Option<&Record>| record.and_then(|record| record.active.clone());
         let is_same = match (active(old.as_ref()), active(new.as_ref())) {
             (Some(old), Some(new)) => old.is(&new),

@@ -17,7 +17,7 @@ const LEAST_FLAT: f64 = 1.0 / 256.0;
 /// The thickness of the cells in which flat parts lie, as a fraction of the side of the mesh.
 const FLAT_CELL: f64 = 1.0 / 8192.0;
 /// The connected regions that are looked at: the largest. What is in another is too small for a box that matters.
-const MOST_REGIONS: usize = 64;
+const MOST_REGIONS: usize = 256;
 /// After so many triangles the search can be called off.
 const STEP: usize = 1024;
 
@@ -203,11 +203,10 @@ impl Grid {
         let mut next = 0;
         while let Some(&cell) = region.get(next) {
             next += 1;
-            let place = self.place(cell);
-            for axis in 0..3 {
+            for (axis, place) in self.place(cell).into_iter().enumerate() {
                 let stride = self.stride(axis);
-                let below = (place[axis] > 0).then(|| cell - stride);
-                let above = (place[axis] + 1 < self.len(axis)).then(|| cell + stride);
+                let below = (place > 0).then(|| cell - stride);
+                let above = (place + 1 < self.len(axis)).then(|| cell + stride);
                 for neighbour in below.into_iter().chain(above) {
                     if !std::mem::replace(&mut is_known[neighbour], true) {
                         region.push(neighbour);
