@@ -59,15 +59,12 @@ fn boxes(app: &mut App, entity: Entity) -> Vec<Aabb3d> {
     }
 }
 
-/// The corners of what an entity occludes by, between the least and the greatest.
+/// The corners of the box around the triangles that an entity occludes by.
 fn triangle_bounds(app: &mut App, entity: Entity) -> (Vec3, Vec3) {
     match shape(app, entity) {
         Some(OccluderShape::Mesh(mesh)) => {
-            let all = || mesh.positions.iter().copied();
-            (
-                all().reduce(Vec3::min).expect("corners"),
-                all().reduce(Vec3::max).expect("corners"),
-            )
+            let aabb = mesh.aabb().expect("triangles");
+            (aabb.min.into(), aabb.max.into())
         }
         other => panic!("not triangles: {other:?}"),
     }
@@ -581,7 +578,7 @@ fn found(app: &App) -> Snapshot {
         let (shape, place) = occluders.get(entity).expect("one that is listed");
         let (kind, count) = match shape {
             OccluderShape::Boxes(boxes) => ("boxes", boxes.len()),
-            OccluderShape::Mesh(mesh) => ("triangles", mesh.triangles.len()),
+            OccluderShape::Mesh(mesh) => ("triangles", mesh.len()),
         };
         let layers = occluders.layers(entity).expect("one that is listed").clone();
         (entity, kind, count, *place, layers)
