@@ -1,4 +1,5 @@
-//! Boxes inside of solid meshes: each is held against every triangle, and its centre counted inside, in the plainest way.
+//! Boxes inside of solid meshes: each is held against every triangle, and its centre counted inside, in the plainest
+//! way.
 
 use bevy::{
     asset::RenderAssetUsages,

@@ -1,7 +1,7 @@
 //! Following what changes in what occludes.
 //!
-//! Whatever happens to an entity, it ends in [`Follower::reconcile`], which looks at the entity as it is now: every way in
-//! has its way out. What has but moved is given its new place.
+//! Whatever happens to an entity, it ends in [`Follower::reconcile`], which looks at the entity as it is now: every way
+//! in has its way out. What has but moved is given its new place.
 
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},

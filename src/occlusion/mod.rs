@@ -12,9 +12,9 @@
 //! | [`Proxy`](Occluder::Proxy) | triangles | any mesh | that this lies within what is drawn |
 //!
 //! It occludes while it is shown (`InheritedVisibility`), has a `GlobalTransform` that is finite, and no
-//! `VisibilityRange` in whose margins it is half there. `Auto` and `Mesh` follow the mesh asset; a mesh that is skinned or
-//! morphed is not where its vertices are, and does not occlude by them. Nothing is known of materials: what is drawn in
-//! part, blended, or by a shader that moves it must not have an `Occluder`.
+//! `VisibilityRange` in whose margins it is half there. `Auto` and `Mesh` follow the mesh asset; a mesh that is skinned
+//! or morphed is not where its vertices are, and does not occlude by them. Nothing is known of materials: what is drawn
+//! in part, blended, or by a shader that moves it must not have an `Occluder`.
 //!
 //! # When
 //!

@@ -128,8 +128,8 @@ impl Occluders {
         self.len == 0
     }
 
-    /// Grows with every change of what occludes: whenever something that has occluded, or does now, comes, goes, moves, or
-    /// changes its shape or layers.
+    /// Grows with every change of what occludes: whenever something that has occluded, or does now, comes, goes, moves,
+    /// or changes its shape or layers.
     pub fn version(&self) -> u64 {
         self.version
     }

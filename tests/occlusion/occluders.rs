@@ -245,7 +245,7 @@ fn assert_undone(occluder: Occluder, change: impl Fn(&mut App, Entity), undo: im
 #[test]
 fn the_component_comes_and_goes() {
     assert_undone(Occluder::Auto, remove::<Occluder>, |app, cube| {
-        insert(app, cube, Occluder::Auto)
+        insert(app, cube, Occluder::Auto);
     });
 }
 

@@ -5,8 +5,8 @@ use smallvec::{SmallVec, smallvec};
 
 /// A part of a triangle: convex, up to rounding.
 ///
-/// Sutherland and Hodgman, *Reentrant Polygon Clipping*, 1974. Each cut moves a corner by a few roundings of the largest
-/// coordinate at most, so that whoever cuts at planes that lie further out by that loses no point.
+/// Sutherland and Hodgman, *Reentrant Polygon Clipping*, 1974. Each cut moves a corner by a few roundings of the
+/// largest coordinate at most, so that whoever cuts at planes that lie further out by that loses no point.
 #[derive(Clone, Debug)]
 pub(super) struct Part(SmallVec<[DVec3; 10]>);
 

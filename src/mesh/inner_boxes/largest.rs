@@ -1,15 +1,15 @@
 //! The box of inner cells that adds most.
 //!
 //! For every run of layers, the cells that are inside in all of them are a picture, and the boxes are the rectangles in
-//! it. Only those matter that cannot be widened, and all of them are found in the time that it takes to look at each cell
-//! of the picture, by a stack of heights (Vandevoorde, *The Maximal Rectangle Problem*, Dr. Dobb's Journal, 1998). With n
-//! cells along each side, that is O(n⁴).
+//! it. Only those matter that cannot be widened, and all of them are found in the time that it takes to look at each
+//! cell of the picture, by a stack of heights (Vandevoorde, *The Maximal Rectangle Problem*, Dr. Dobb's Journal, 1998).
+//! With n cells along each side, that is O(n⁴).
 
 use super::grid::{Cell, CellBox, Grid};
 
 impl Grid {
-    /// The box of inner cells with the most surface, in the part of its volume that is not covered, and how much that is.
-    /// `None` if all is covered.
+    /// The box of inner cells with the most surface, in the part of its volume that is not covered, and how much that
+    /// is. `None` if all is covered.
     ///
     /// A quarter of the surface of a box is its shadow, averaged over all directions: what it hides.
     pub fn largest_box(&self) -> Option<(CellBox, f64)> {

@@ -6,8 +6,9 @@
 //! 3. Of all boxes of inner cells, the one with the largest surface that is not covered yet is taken, and its
 //!    faces are pushed on to the triangles that they meet. Again, until it is no longer worth it.
 //!
-//! Whatever such a box hides from an eye outside of the mesh is behind a front face: on its way from the eye to the box, a
-//! ray enters the solid. From an eye inside it is not, for there faces are seen from behind, and most are not drawn then.
+//! Whatever such a box hides from an eye outside of the mesh is behind a front face: on its way from the eye to the
+//! box, a ray enters the solid. From an eye inside it is not, for there faces are seen from behind, and most are not
+//! drawn then.
 //!
 //! Related: Darnell, *Automated Occluders for GPU Culling*, 2011, which keeps boxes of voxels too.
 
@@ -35,8 +36,8 @@ const PARTS_PER_BOX: usize = 2;
 #[derive(Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct InnerBoxSettings {
-    /// How many cells the longest side of the mesh is cut into, from 4 to 128; the other sides in proportion, and not into
-    /// fewer than 8. 32 by default. The time grows with the fourth power.
+    /// How many cells the longest side of the mesh is cut into, from 4 to 128; the other sides in proportion, and not
+    /// into fewer than 8. 32 by default. The time grows with the fourth power.
     ///
     /// Cells are cut at large flat parts that are parallel to the axes too: walls may be much thinner than a cell.
     pub cells: u32,
@@ -76,8 +77,8 @@ pub enum NotSolid {
 
 /// Axis-aligned boxes inside of a solid mesh, in its local space; the most useful first. They may overlap.
 ///
-/// Triangles wind around every point of them, counter-clockwise from outside. No triangle touches a box but those of parts
-/// that overlap the one in which it lies.
+/// Triangles wind around every point of them, counter-clockwise from outside. No triangle touches a box but those of
+/// parts that overlap the one in which it lies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InnerBoxes {
     /// The boxes, each of positive size.
@@ -87,8 +88,8 @@ pub struct InnerBoxes {
 impl InnerBoxes {
     /// Finds boxes inside of `mesh`.
     ///
-    /// Triangles that face each other at no distance enclose nothing, parts that overlap count once, and so does what is
-    /// enclosed several times. Gaps of up to [`tolerance::SEAM`](crate::geometry::tolerance::SEAM) are closed.
+    /// Triangles that face each other at no distance enclose nothing, parts that overlap count once, and so does what
+    /// is enclosed several times. Gaps of up to [`tolerance::SEAM`](crate::geometry::tolerance::SEAM) are closed.
     ///
     /// # Errors
     ///

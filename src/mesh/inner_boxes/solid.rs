@@ -133,8 +133,8 @@ impl Solid {
 
     /// How often the triangles go around a point that none of them touches, counter-clockwise from outside.
     ///
-    /// Counts those in the direction of x, and no edge twice: exactly, for ties are broken as if the point were a little
-    /// further along y, and much less along z.
+    /// Counts those in the direction of x, and no edge twice: exactly, for ties are broken as if the point were a
+    /// little further along y, and much less along z.
     pub fn winding_number(&self, point: DVec3) -> i32 {
         self.triangles.iter().map(|corners| crossing(corners, point)).sum()
     }
@@ -224,8 +224,8 @@ impl Welded {
 
     /// Makes one of vertices of these edges that are closer to each other than `seam`.
     fn close_seams(&mut self, edges: &[[u32; 2]], seam: f64) {
-        // Cells twice as wide as a seam: whatever is within a seam of a point is in the cell of one of the corners of the
-        // cube around it.
+        // Cells twice as wide as a seam: whatever is within a seam of a point is in the cell of one of the corners of
+        // the cube around it.
         let cell = |point: DVec3| (point / (2.0 * seam)).floor().to_array();
         let key = |cell: [f64; 3]| cell.map(|coordinate| coordinate as i64);
         let vertices: HashSet<u32> = edges.iter().flatten().copied().collect();
