@@ -68,6 +68,11 @@ pub mod prelude {
             RayHit, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
             SpatialIndexSystems, SweepHit,
         },
+        occlusion::{
+            NoOcclusionCulling, Occluder, OccluderSettings, Occluders, OcclusionBudget, OcclusionBuffer,
+            OcclusionPlugin, OcclusionSystems, SoftwareOcclusion,
+        },
+        raster::RasterMode,
         selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},
     };
 
@@ -86,6 +91,7 @@ impl PluginGroup for SightlinePlugins {
     fn build(self) -> PluginGroupBuilder {
         let group = PluginGroupBuilder::start::<Self>()
             .add(index::SpatialIndexPlugin)
+            .add(occlusion::OcclusionPlugin)
             .add(culling::ViewCullingPlugin);
         #[cfg(feature = "picking")]
         let group = group.add(picking::SpatialPickingPlugin);

@@ -4,17 +4,19 @@ use std::any::TypeId;
 
 use bevy::{
     camera::{
-        Camera,
+        Camera, CameraProjection, Projection,
         primitives::Frustum,
         visibility::{NoCpuCulling, RenderLayers, VisibleEntities, VisibleEntityRanges},
     },
     ecs::{
         change_detection::{DetectChanges, DetectChangesMut, Mut, Res, ResMut},
-        entity::{Entities, Entity},
+        entity::{Entities, Entity, EntityHashSet},
         query::Has,
         system::{Commands, Local, Query},
     },
+    transform::components::GlobalTransform,
 };
+use tracing::warn;
 
 use super::{
     EnteredView, LeftView, ReportViewChanges, ViewCulling, ViewKey, VisibleSet,
@@ -24,7 +26,10 @@ use super::{
     sorted::amend,
     view::{Bounds, Change, Layers, Request, Sights, View, look},
 };
-use crate::index::SpatialIndex;
+use crate::{
+    index::SpatialIndex,
+    occlusion::{Occluders, OcclusionBuffer, SoftwareOcclusion, Viewpoint},
+};
 
 /// A camera that looks in this frame.
 #[derive(Debug)]
@@ -43,7 +48,11 @@ pub(super) fn find_visible(
         Option<&RenderLayers>,
         &Camera,
         Has<NoCpuCulling>,
+        Option<(&SoftwareOcclusion, &GlobalTransform, Option<&Projection>)>,
     )>,
+    mut occlusion_buffers: Query<&mut OcclusionBuffer>,
+    occluders: Option<Res<Occluders>>,
+    mut warned: Local<EntityHashSet>,
     index: Res<SpatialIndex>,
     bounds: Bounds,
     layers: Layers,
@@ -59,11 +68,24 @@ pub(super) fn find_visible(
         turnover,
         ..
     } = &mut *culling;
-    for (camera, _, frustum, layers, settings, sees_everywhere) in &cameras {
+    for (camera, _, frustum, layers, settings, sees_everywhere, occlusion) in &cameras {
         if settings.is_active {
+            let viewpoint = occlusion.and_then(|(occlusion, place, projection)| {
+                let clip_from_view = projection.map_or_else(|| settings.clip_from_view(), |projection| projection.get_clip_from_view());
+                let viewpoint = Viewpoint::new(*occlusion, clip_from_view, place.to_matrix());
+                if viewpoint.is_none() && warned.insert(camera) {
+                    warn!("the camera {camera} hides nothing: its projection is not Bevy's, with reversed depth, or its place is NaN or infinite");
+                }
+                viewpoint
+            });
+            let mut view = views.remove(&ViewKey::Camera(camera)).unwrap_or_default();
+            if let Ok(mut buffer) = occlusion_buffers.get_mut(camera) {
+                std::mem::swap(&mut view.occlusion, buffer.bypass_change_detection());
+            }
             looking.push(Looking {
                 camera,
                 request: Request {
+                    viewpoint,
                     viewer: camera,
                     shape: ViewShape::new(frustum, ViewKind::Camera),
                     layers: layers.unwrap_or_default().clone(),
@@ -71,7 +93,7 @@ pub(super) fn find_visible(
                     sees_everywhere,
                     range_origin: Some(camera),
                 },
-                view: views.remove(&ViewKey::Camera(camera)).unwrap_or_default(),
+                view,
             });
         }
     }
@@ -83,6 +105,7 @@ pub(super) fn find_visible(
         candidates,
         bounds: &bounds,
         layers: &layers,
+        occluders: occluders.as_deref(),
     };
     let mut pairs: Vec<_> = looking
         .iter_mut()
@@ -92,6 +115,9 @@ pub(super) fn find_visible(
     look(&mut pairs, sights, |_, _| None);
 
     for looking in &mut *looking {
+        if let Ok(mut buffer) = occlusion_buffers.get_mut(looking.camera) {
+            std::mem::swap(&mut looking.view.occlusion, &mut *buffer);
+        }
         turnover.count(&mut looking.view, Record::FOR_CAMERAS, candidates);
     }
     views.retain(|key, view| {

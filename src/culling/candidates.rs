@@ -24,7 +24,7 @@ use bevy::{
 use smallvec::SmallVec;
 
 use super::bits::Bits;
-use crate::index::SpatialIndex;
+use crate::{index::SpatialIndex, occlusion::NoOcclusionCulling};
 
 /// Everything that views may see, by its index in the world.
 #[derive(Debug, Default)]
@@ -68,6 +68,8 @@ pub(super) struct Pool {
     pub one_by_one: Bits,
     /// These have nothing to test.
     pub untested: Bits,
+    /// Of those that are tested one by one: they are seen behind whatever hides others.
+    pub never_hidden: Bits,
 }
 
 /// What is known of a candidate.
@@ -139,6 +141,7 @@ pub(super) struct Seen {
     has_mesh: Has<Mesh3d>,
     is_ranged: Has<VisibilityRange>,
     is_never_culled: Has<NoFrustumCulling>,
+    is_never_hidden: Has<NoOcclusionCulling>,
     casts_no_shadow: Has<NotShadowCaster>,
     is_directional_light: Has<DirectionalLight>,
 }
@@ -204,8 +207,13 @@ impl Candidates {
             (Some(_), None) => Test::OneByOne,
             (None, _) => Test::None,
         };
-        let test_of_camera = if has_sphere { Test::OneByOne } else { test };
+        let test_of_camera = if has_sphere || seen.is_never_hidden && test != Test::None {
+            Test::OneByOne
+        } else {
+            test
+        };
         self.for_cameras.put(number, for_cameras.then_some(test_of_camera));
+        self.for_cameras.never_hidden.set(number, seen.is_never_hidden);
         self.for_lights.put(number, casts_shadow.then_some(test));
 
         let facts = [
@@ -331,5 +339,8 @@ impl Pool {
             .set(number, matches!(test, Some(Test::InTree { is_centered: true })));
         self.one_by_one.set(number, test == Some(Test::OneByOne));
         self.untested.set(number, test == Some(Test::None));
+        if test.is_none() {
+            self.never_hidden.remove(number);
+        }
     }
 }

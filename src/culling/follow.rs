@@ -24,9 +24,12 @@ use bevy::{
 use smallvec::SmallVec;
 
 use super::{ViewCulling, candidates::Seeables, marks::ViewVisibilities};
-use crate::index::{
-    PickShape, SimplifiedMesh, SpatialIndex,
-    ticks::{Since, added, changed, ones},
+use crate::{
+    index::{
+        PickShape, SimplifiedMesh, SpatialIndex,
+        ticks::{Since, added, changed, ones},
+    },
+    occlusion::NoOcclusionCulling,
 };
 
 /// Fewer entities than this are not worth a task.
@@ -40,6 +43,7 @@ type Watched = (
     Option<Ref<'static, Sphere>>,
     Option<Ref<'static, VisibilityRange>>,
     Option<Ref<'static, NoFrustumCulling>>,
+    Option<Ref<'static, NoOcclusionCulling>>,
     Option<Ref<'static, NotShadowCaster>>,
     Option<Ref<'static, DirectionalLight>>,
 );
@@ -50,6 +54,7 @@ type WatchedChanged = Or<(
     Added<Sphere>,
     Added<VisibilityRange>,
     Added<NoFrustumCulling>,
+    Added<NoOcclusionCulling>,
     Added<NotShadowCaster>,
     Added<DirectionalLight>,
 )>;
@@ -98,6 +103,7 @@ pub(super) struct Changes<'w, 's> {
     sphere: RemovedComponents<'w, 's, Sphere>,
     range: RemovedComponents<'w, 's, VisibilityRange>,
     never_culled: RemovedComponents<'w, 's, NoFrustumCulling>,
+    never_hidden: RemovedComponents<'w, 's, NoOcclusionCulling>,
     casts_no_shadow: RemovedComponents<'w, 's, NotShadowCaster>,
     directional_light: RemovedComponents<'w, 's, DirectionalLight>,
     marks: Query<'w, 's, (Entity, Ref<'static, ViewVisibility>)>,
@@ -112,12 +118,15 @@ impl Changes<'_, '_> {
     fn find_dirty(&self, dirty: &mut Vec<Entity>) {
         match self.watched.contiguous_iter() {
             Ok(tables) => {
-                for (entities, inherited, classes, sphere, range, never_culled, casts_no_shadow, light) in tables {
+                for (entities, inherited, classes, sphere, range, never_culled, never_hidden, casts_no_shadow, light) in
+                    tables
+                {
                     let columns = [
                         changed(classes),
                         added(sphere),
                         added(range),
                         added(never_culled),
+                        added(never_hidden),
                         added(casts_no_shadow),
                         added(light),
                     ];
@@ -180,6 +189,7 @@ impl Changes<'_, '_> {
                 .chain(self.sphere.read())
                 .chain(self.range.read())
                 .chain(self.never_culled.read())
+                .chain(self.never_hidden.read())
                 .chain(self.casts_no_shadow.read())
                 .chain(self.directional_light.read()),
         );

@@ -131,6 +131,8 @@ pub(super) fn cull_lights(
                 audience,
                 sees_everywhere: false,
                 range_origin,
+                // What is hidden from a camera still casts its shadow.
+                viewpoint: None,
             },
             is_untouched: view.written == Some(written),
             view,
@@ -212,6 +214,7 @@ pub(super) fn cull_lights(
         candidates,
         bounds: &bounds,
         layers: &layers,
+        occluders: None,
     };
     let mut pairs: Vec<_> = shadows
         .iter_mut()

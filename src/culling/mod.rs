@@ -70,7 +70,10 @@ use bevy::{
 };
 use tracing::warn;
 
-use crate::index::{SpatialIndexPlugin, SpatialIndexSystems};
+use crate::{
+    index::{SpatialIndexPlugin, SpatialIndexSystems},
+    occlusion::OcclusionSystems,
+};
 use cameras::Looking;
 use candidates::Candidates;
 use marks::{Marks, Turnover, ViewVisibilities};
@@ -128,6 +131,7 @@ impl Plugin for ViewCullingPlugin {
                 (
                     ViewCullingSystems::Find
                         .after(SpatialIndexSystems::Sync)
+                        .after(OcclusionSystems::FollowOccluders)
                         .after(VisibilitySystems::UpdateFrusta)
                         .after(VisibilitySystems::VisibilityPropagate)
                         .before(VisibilitySystems::CheckVisibility)

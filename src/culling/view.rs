@@ -18,6 +18,7 @@ use super::{
 };
 use crate::{
     index::{Key, SpatialIndex, mask, ticks::ones},
+    occlusion::{Occluders, OcclusionBuffer, Surroundings, Viewpoint},
     spatial::aabb_tree::{Open, Sides},
 };
 
@@ -40,6 +41,8 @@ pub(super) struct Request {
     pub sees_everywhere: bool,
     /// From where it is decided what is in which range, if there is such a place.
     pub range_origin: Option<Entity>,
+    /// From where it is asked what is hidden, if it is.
+    pub viewpoint: Option<Viewpoint>,
 }
 
 /// A view from frame to frame.
@@ -61,6 +64,8 @@ pub(super) struct View {
     layers: Option<RenderLayers>,
     /// When its lists were last written.
     pub written: Option<Tick>,
+    /// What hides things.
+    pub occlusion: OcclusionBuffer,
 }
 
 /// What is in sight, by who has found it: each part of the tree, and those who were tested one by one.
@@ -69,7 +74,16 @@ struct Found {
     in_tree: Vec<Bits>,
     one_by_one: Bits,
     /// What the tree was asked for: as long as nothing changes, that is the answer.
-    question: Option<(ViewShape, RenderLayers)>,
+    question: Option<Question>,
+}
+
+/// What the tree is asked for.
+#[derive(Debug)]
+struct Question {
+    shape: ViewShape,
+    layers: RenderLayers,
+    /// With the version of the occluders.
+    hidden_from: Option<(Viewpoint, u64)>,
 }
 
 /// How an entity has changed for a view.
@@ -103,6 +117,7 @@ pub(super) struct Sights<'a, 'w, 's> {
     pub candidates: &'a Candidates,
     pub bounds: &'a Bounds<'w, 's>,
     pub layers: &'a Layers<'w, 's>,
+    pub occluders: Option<&'a Occluders>,
 }
 
 /// What Bevy tests of an entity.
@@ -123,7 +138,7 @@ pub(super) fn look(
     let threads = pool.thread_num();
     if sights.index.len() < LEAST_SHARED || threads <= 1 {
         for (request, view) in views.iter_mut() {
-            request.look_around(sights, &mut view.found);
+            request.look_around(sights, view);
             view.settle(request, sights, |entity| is_in_range(request, entity));
         }
         return;
@@ -132,11 +147,13 @@ pub(super) fn look(
     let parts = threads.div_ceil(views.len().max(1));
     pool.scope(|scope| {
         for (request, view) in views.iter_mut() {
-            let (request, found) = (&**request, &mut view.found);
-            if parts == 1 {
-                scope.spawn(async move { request.look_around(sights, found) });
+            let (request, view) = (&**request, &mut **view);
+            // What hides must be drawn before what is behind it is tested.
+            if parts == 1 || request.viewpoint.is_some() {
+                scope.spawn(async move { request.look_around(sights, view) });
                 continue;
             }
+            let found = &mut view.found;
             let open = request.begin(sights, parts, found);
             let Found {
                 in_tree, one_by_one, ..
@@ -169,7 +186,16 @@ impl Request {
     }
 
     /// Finds all that is in sight.
-    fn look_around(&self, sights: Sights, found: &mut Found) {
+    fn look_around(&self, sights: Sights, view: &mut View) {
+        let View { found, occlusion, .. } = view;
+        if let Some((viewpoint, occluders)) = self.viewpoint.as_ref().zip(sights.occluders) {
+            if self.ask_anew(sights, 1, found) {
+                self.find_unhidden(sights, viewpoint, occluders, occlusion, &mut found.in_tree[0]);
+            }
+            self.test_one_by_one(sights, &mut found.one_by_one);
+            self.leave_out_hidden(sights, viewpoint, occlusion, &mut found.one_by_one);
+            return;
+        }
         let open = self.begin(sights, 1, found);
         if let Some(first) = found.in_tree.first_mut() {
             self.walk(sights, &open, first);
@@ -177,20 +203,63 @@ impl Request {
         self.test_one_by_one(sights, &mut found.one_by_one);
     }
 
+    /// Finds what is in sight and not hidden.
+    fn find_unhidden(
+        &self,
+        sights: Sights,
+        viewpoint: &Viewpoint,
+        occluders: &Occluders,
+        occlusion: &mut OcclusionBuffer,
+        found: &mut Bits,
+    ) {
+        let around = Surroundings {
+            index: sights.index,
+            occluders,
+            half_spaces: &self.shape.half_spaces,
+            mask: self.mask(),
+        };
+        // Only what is drawn for this camera hides something from it; what is in which range is not known yet.
+        let may_occlude = |key: Key| {
+            let record = sights.candidates.record(key.entity.index_u32());
+            record.entity == key.entity
+                && record.is(self.audience | Record::SHOWN)
+                && !record.is(Record::RANGED)
+                && (occluders.layers(key.entity)).is_some_and(|layers| self.layers.intersects(layers))
+        };
+        let mut finder = Finder {
+            request: self,
+            sights,
+            found,
+        };
+        occlusion.find_seen(viewpoint, &around, may_occlude, &mut finder);
+        for key in occlusion.hidden_since() {
+            found.remove(key.entity.index_u32());
+        }
+    }
+
+    /// Takes back what is hidden of what was tested one by one, but for what is never left out.
+    fn leave_out_hidden(&self, sights: Sights, viewpoint: &Viewpoint, occlusion: &OcclusionBuffer, found: &mut Bits) {
+        if self.sees_everywhere || !sights.index_is_current {
+            return;
+        }
+        let pool = self.pool(sights.candidates);
+        for number in pool
+            .one_by_one
+            .iter()
+            .filter(|&number| !pool.never_hidden.contains(number))
+        {
+            let aabb = sights.index.aabb(sights.candidates.record(number).entity);
+            if found.contains(number) && aabb.is_some_and(|aabb| occlusion.hides(&aabb, viewpoint)) {
+                found.remove(number);
+            }
+        }
+    }
+
     /// Forgets what was found, and opens the tree for so many parts, of which the first finds what is at its top.
     fn begin(&self, sights: Sights, parts: usize, found: &mut Found) -> Vec<Open> {
-        found.one_by_one.clear();
-        let known = found.question.as_ref().filter(|_| !sights.has_changed);
-        if known.is_some_and(|(shape, layers)| shape.is_same(&self.shape) && *layers == self.layers) {
+        if !self.ask_anew(sights, parts, found) {
             return Vec::new();
         }
-        found.in_tree.iter_mut().for_each(Bits::clear);
-        found.question = None;
-        if self.sees_everywhere || !sights.index_is_current {
-            return Vec::new();
-        }
-        found.question = Some((self.shape.clone(), self.layers.clone()));
-        found.in_tree.resize_with(parts, Bits::default);
         let subtrees = if parts > 1 { parts * SUBTREES_PER_PART } else { 1 };
         let mut finder = Finder {
             request: self,
@@ -199,6 +268,38 @@ impl Request {
         };
         let tree = sights.index.tree();
         tree.open(&self.shape.half_spaces, self.mask(), subtrees, &mut finder)
+    }
+
+    /// Forgets what was found, in so many parts of the tree, unless it would be found again. Returns whether the tree is
+    /// to be asked.
+    fn ask_anew(&self, sights: Sights, parts: usize, found: &mut Found) -> bool {
+        found.one_by_one.clear();
+        let hidden_from =
+            (self.viewpoint.zip(sights.occluders)).map(|(viewpoint, occluders)| (viewpoint, occluders.version()));
+        let known = found.question.as_ref().filter(|_| !sights.has_changed);
+        if known.is_some_and(|known| {
+            known.shape.is_same(&self.shape)
+                && known.layers == self.layers
+                && match (&known.hidden_from, &hidden_from) {
+                    (Some((one, version)), Some((other, now))) => one.is_same(other) && version == now,
+                    (None, None) => true,
+                    _ => false,
+                }
+        }) {
+            return false;
+        }
+        found.in_tree.iter_mut().for_each(Bits::clear);
+        found.question = None;
+        if self.sees_everywhere || !sights.index_is_current {
+            return false;
+        }
+        found.question = Some(Question {
+            shape: self.shape.clone(),
+            layers: self.layers.clone(),
+            hidden_from,
+        });
+        found.in_tree.resize_with(parts, Bits::default);
+        true
     }
 
     fn walk(&self, sights: Sights, open: &[Open], found: &mut Bits) {

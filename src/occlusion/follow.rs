@@ -10,7 +10,7 @@ use bevy::{
         visibility::{InheritedVisibility, RenderLayers, VisibilityRange},
     },
     ecs::{
-        change_detection::{DetectChanges, DetectChangesMut, Ref, Res, ResMut, Tick},
+        change_detection::{DetectChangesMut, Ref, Res, ResMut, Tick},
         entity::Entity,
         entity_disabling::Disabled,
         lifecycle::RemovedComponents,
@@ -176,9 +176,7 @@ pub(super) fn follow_occluders(
             }
         }
     }
-    if settings.is_changed() {
-        quietly.shapes.forget_boxes(&mut dirty);
-    }
+    quietly.shapes.set_inner(settings.inner, &mut dirty);
     quietly.shapes.collect_made(&mut dirty);
     dirty.sort_unstable();
     dirty.dedup();
@@ -188,7 +186,6 @@ pub(super) fn follow_occluders(
         sources: Sources {
             bvhs: &bvhs,
             assets: assets.as_deref(),
-            inner: settings.inner,
         },
     };
     for entity in dirty.drain(..) {

@@ -26,23 +26,25 @@
 //!
 //! If it should: an open mesh, a mesh without data, a pose. It is listed by [`Occluders::refused`], with one warning.
 
+mod camera;
 mod follow;
+mod hide;
 mod occluder;
 mod occluders;
 mod shapes;
 
+pub use camera::{NoOcclusionCulling, OcclusionBudget, OcclusionBuffer, OcclusionStats, SoftwareOcclusion};
+pub(crate) use hide::{Surroundings, Viewpoint};
 pub use occluder::{Occluder, OccluderSettings};
 pub use occluders::{OccluderRefusal, OccluderShape, Occluders};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
+    camera::visibility::VisibilitySystems,
     ecs::schedule::{IntoScheduleConfigs, SystemSet},
 };
 
-use crate::{
-    culling::ViewCullingSystems,
-    index::{SpatialIndexPlugin, SpatialIndexSystems},
-};
+use crate::index::{SpatialIndexPlugin, SpatialIndexSystems};
 
 /// When it is found out what is hidden; all in `PostUpdate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
@@ -62,11 +64,13 @@ impl Plugin for OcclusionPlugin {
             .init_resource::<OccluderSettings>()
             .register_type::<Occluder>()
             .register_type::<OccluderSettings>()
+            .register_type::<NoOcclusionCulling>()
+            .register_type::<SoftwareOcclusion>()
             .configure_sets(
                 PostUpdate,
                 OcclusionSystems::FollowOccluders
                     .after(SpatialIndexSystems::Sync)
-                    .before(ViewCullingSystems::Find),
+                    .before(VisibilitySystems::CheckVisibility),
             )
             .add_systems(
                 PostUpdate,

@@ -37,7 +37,6 @@ pub(super) struct Sources<'a> {
     /// Has copies, also of what only the GPU has by now.
     pub bvhs: &'a MeshBvhs,
     pub assets: Option<&'a Assets<Mesh>>,
-    pub inner: InnerBoxSettings,
 }
 
 /// The shapes of all meshes that some entity occludes by, or has occluded by.
@@ -46,6 +45,7 @@ pub(super) struct Shapes {
     slots: HashMap<ShapeKey, Slot>,
     /// The shapes that are being made.
     making: Vec<ShapeKey>,
+    inner: InnerBoxSettings,
 }
 
 /// A shape, and who uses it.
@@ -91,7 +91,7 @@ impl Shapes {
         let slot = self.slots.entry(key).or_default();
         slot.users.insert(user);
         if matches!(slot.state, State::Missing) {
-            slot.make(key, sources);
+            slot.make(key, sources, self.inner);
             if matches!(slot.state, State::Making(_)) {
                 self.making.push(key);
             }
@@ -122,8 +122,12 @@ impl Shapes {
         }
     }
 
-    /// Has all boxes found anew.
-    pub fn forget_boxes(&mut self, dirty: &mut Vec<Entity>) {
+    /// How boxes are looked for from now on: all are found anew if that is new.
+    pub fn set_inner(&mut self, inner: InnerBoxSettings, dirty: &mut Vec<Entity>) {
+        if self.inner == inner {
+            return;
+        }
+        self.inner = inner;
         let all: Vec<ShapeKey> = self.slots.keys().copied().collect();
         for key in all.into_iter().filter(|&(_, form)| form == Form::Boxes) {
             self.forget(key, dirty);
@@ -142,7 +146,7 @@ impl Shapes {
 
     /// Takes over what has been made; the users are to be looked at.
     pub fn collect_made(&mut self, dirty: &mut Vec<Entity>) {
-        let Self { slots, making } = self;
+        let Self { slots, making, .. } = self;
         making.retain(|key| {
             let Some(slot) = slots.get_mut(key) else {
                 return false;
@@ -166,11 +170,11 @@ impl Shapes {
 }
 
 impl Slot {
-    fn make(&mut self, (mesh, form): ShapeKey, sources: &Sources) {
+    fn make(&mut self, (mesh, form): ShapeKey, sources: &Sources, inner: InnerBoxSettings) {
         self.state = match (sources.bvhs.shared_triangles(mesh), sources.assets) {
-            (Some(triangles), _) => State::Making(Making::start(triangles, form, sources.inner)),
+            (Some(triangles), _) => State::Making(Making::start(triangles, form, inner)),
             (None, Some(assets)) => match assets.get(mesh).map(TriangleMesh::from_mesh) {
-                Some(Ok(triangles)) => State::Making(Making::start(Arc::new(triangles), form, sources.inner)),
+                Some(Ok(triangles)) => State::Making(Making::start(Arc::new(triangles), form, inner)),
                 Some(Err(why)) => State::Done(Err(OccluderRefusal::Unusable(why))),
                 None => State::Missing,
             },

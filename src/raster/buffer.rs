@@ -1,6 +1,9 @@
 //! The buffer itself.
 
-use bevy::math::{DVec4, UVec2};
+use bevy::{
+    math::{DVec4, UVec2},
+    reflect::{Reflect, std_traits::ReflectDefault},
+};
 
 use super::{
     outline::ObjectTile,
@@ -8,7 +11,8 @@ use super::{
 };
 
 /// How surely something is hidden that is told to be: see [`raster`](super).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum RasterMode {
     /// What can be seen is never told to be hidden.
     #[default]
@@ -30,7 +34,9 @@ pub enum Faces {
 }
 
 /// A depth buffer to draw what hides into, and to ask what is hidden: see [`raster`](super).
-#[derive(Clone, Debug)]
+///
+/// The default has no pixels, and nothing is seen in it.
+#[derive(Clone, Debug, Default)]
 pub struct MaskedDepthBuffer {
     pub(super) size: UVec2,
     pub(super) mode: RasterMode,
@@ -58,13 +64,8 @@ impl MaskedDepthBuffer {
 
     /// An empty buffer of so many pixels, which hides nothing. Sides are brought within 8 to 8192.
     pub fn new(size: UVec2, mode: RasterMode) -> Self {
-        let mut buffer = Self {
-            size: UVec2::ZERO,
-            mode,
-            tiles: Vec::new(),
-            scratch: Scratch::default(),
-        };
-        buffer.resize(size);
+        let mut buffer = Self::default();
+        buffer.begin(size, mode);
         buffer
     }
 
@@ -78,15 +79,15 @@ impl MaskedDepthBuffer {
         self.mode
     }
 
-    /// Takes another mode, and forgets what was drawn.
-    pub fn set_mode(&mut self, mode: RasterMode) {
+    /// Takes a size, brought within 8 to 8192 along each side, and a mode, and forgets what was drawn.
+    pub fn begin(&mut self, size: UVec2, mode: RasterMode) {
         self.mode = mode;
-        self.clear();
-    }
-
-    /// Takes another size, brought within 8 to 8192 along each side, and forgets what was drawn.
-    pub fn resize(&mut self, size: UVec2) {
-        self.size = size.clamp(UVec2::splat(Self::SIDES.0), UVec2::splat(Self::SIDES.1));
+        let size = size.clamp(UVec2::splat(Self::SIDES.0), UVec2::splat(Self::SIDES.1));
+        if size == self.size {
+            self.clear();
+            return;
+        }
+        self.size = size;
         let tiles = self.tiles_across() * self.size.y.div_ceil(TILE_HEIGHT);
         self.tiles.clear();
         self.tiles.resize(tiles as usize, Tile::EMPTY);

@@ -13,7 +13,7 @@ use crate::{
     geometry::tolerance,
     spatial::{
         lanes::{Bounds, Boxes},
-        simd::{LANES, Simd, Task, dispatch},
+        simd::{LANES, Portable, Simd, Task, dispatch},
     },
 };
 
@@ -62,6 +62,28 @@ impl MaskedDepthBuffer {
             half_axes,
             clip_from_world,
         })
+    }
+
+    /// Where a box is on the screen. Rounding errs to what is nearer and wider; a box that reaches through the near plane,
+    /// or is NaN or infinite, is [anywhere](ScreenRect::ANYWHERE).
+    pub fn rect_of(&self, aabb: &Aabb3d, clip_from_world: &Mat4) -> ScreenRect {
+        let [min, max] = [aabb.min, aabb.max].map(|end| end.to_array().map(|coordinate| [coordinate; LANES]));
+        let boxes = Boxes { min: &min, max: &max };
+        self.rects_of_boxes(Portable, boxes, clip_from_world)[0]
+    }
+
+    /// Whether some of a rectangle is on the screen.
+    pub fn meets(&self, rect: &ScreenRect) -> bool {
+        let size = self.size().as_vec2();
+        // Also what is NaN.
+        !(rect.min.x >= size.x || rect.min.y >= size.y || rect.max.x <= 0.0 || rect.max.y <= 0.0)
+    }
+
+    /// The share of the screen that a rectangle takes up, from 0 to 1.
+    pub fn share_of(&self, rect: &ScreenRect) -> f32 {
+        let size = self.size().as_vec2();
+        let part = (rect.max.min(size) - rect.min.max(Vec2::ZERO)).max(Vec2::ZERO) / size;
+        part.x * part.y
     }
 
     /// Where eight boxes are on the screen.

@@ -477,6 +477,10 @@ fn other_settings_find_other_boxes() {
     };
     app.world_mut().insert_resource(OccluderSettings { inner });
     assert_eq!(boxes(&mut app, ball).len(), 1);
+    let version = occluders(&app).version();
+    app.world_mut().insert_resource(OccluderSettings { inner });
+    app.update();
+    assert_eq!(occluders(&app).version(), version, "written to, and the same");
 }
 
 // --- The version ---

@@ -12,7 +12,7 @@ use crate::spatial::{
 /// Who judges.
 pub(crate) trait Judge<K> {
     /// Where a box is, for this judge.
-    type Place: Copy + Default;
+    type Place: Copy;
 
     /// The places of the boxes in some lanes.
     fn places<S: Simd>(&self, simd: S, boxes: Boxes, lanes: u32) -> [Self::Place; LANES];

@@ -1,0 +1,218 @@
+//! Drawing and testing, node by node from the nearest to the farthest.
+
+use bevy::math::{
+    DMat4, Mat4, Vec3, Vec3A, Vec4,
+    bounding::{Aabb3d, BoundingVolume, IntersectsVolume},
+};
+
+use super::{OccluderShape, Occluders, OcclusionBudget, OcclusionBuffer, OcclusionStats, SoftwareOcclusion};
+use crate::{
+    geometry::tolerance,
+    index::{Key, SpatialIndex},
+    raster::{Faces, MaskedDepthBuffer, ScreenRect},
+    spatial::{
+        aabb_tree::{HalfSpaces, Judge, Sides, Waiting},
+        lanes::Boxes,
+        simd::{LANES, Simd},
+    },
+};
+
+/// From where it is asked what is hidden, and how.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Viewpoint {
+    settings: SoftwareOcclusion,
+    clip_from_world: Mat4,
+    /// Around the eye and its near plane.
+    lens: Aabb3d,
+}
+
+/// Who is asked.
+pub(crate) struct Surroundings<'a> {
+    pub index: &'a SpatialIndex,
+    pub occluders: &'a Occluders,
+    pub half_spaces: &'a HalfSpaces,
+    pub mask: u32,
+}
+
+/// Kept for its memory.
+#[derive(Debug, Default)]
+pub(super) struct Work {
+    waiting: Vec<Waiting<ScreenRect>>,
+    /// What was seen when its turn came.
+    seen: Vec<(Key, ScreenRect)>,
+}
+
+impl Viewpoint {
+    /// None if depth is not as Bevy has it, larger for what is nearer, or something is NaN or infinite.
+    pub fn new(settings: SoftwareOcclusion, clip_from_view: Mat4, world_from_view: Mat4) -> Option<Self> {
+        let clip = |distance: f32| clip_from_view * Vec4::new(0.0, 0.0, -distance, 1.0);
+        let [near, far] = [clip(1.0), clip(2.0)];
+        let is_reversed = near.w > 0.0 && far.w > 0.0 && near.z / near.w > far.z / far.w;
+        let clip_from_world = clip_from_view * world_from_view.inverse();
+        if !is_reversed || !clip_from_world.is_finite() {
+            return None;
+        }
+        let view_from_clip = clip_from_view.inverse();
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+        let corners =
+            corners.map(|(x, y)| world_from_view.project_point3(view_from_clip.project_point3(Vec3::new(x, y, 1.0))));
+        let eye = world_from_view.w_axis.truncate();
+        let (mut min, mut max) = (eye, eye);
+        for corner in corners {
+            (min, max) = (min.min(corner), max.max(corner));
+        }
+        let lens = Aabb3d {
+            min: min.into(),
+            max: max.into(),
+        };
+        let rounding = tolerance::RASTER_BOX * (lens.min.abs().max(lens.max.abs()).max_element());
+        lens.min.is_finite().then(|| Self {
+            settings,
+            clip_from_world,
+            lens: lens.grow(Vec3A::splat(rounding)),
+        })
+    }
+
+    /// Whether the same is hidden, if nothing changes that hides or is hidden.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.settings == other.settings && self.clip_from_world == other.clip_from_world
+    }
+}
+
+impl OcclusionBuffer {
+    /// Finds what is within half-spaces and not hidden by what is nearer.
+    pub(crate) fn find_seen(
+        &mut self,
+        viewpoint: &Viewpoint,
+        around: &Surroundings,
+        may_occlude: impl Fn(Key) -> bool,
+        sides: &mut impl Sides<Key>,
+    ) {
+        let SoftwareOcclusion {
+            mode,
+            resolution,
+            budget,
+        } = viewpoint.settings;
+        self.depth.begin(resolution, mode);
+        self.work.seen.clear();
+        let mut hide = Hide {
+            depth: &mut self.depth,
+            seen: &mut self.work.seen,
+            stats: OcclusionStats::default(),
+            clip_from_world: viewpoint.clip_from_world,
+            exact_clip_from_world: viewpoint.clip_from_world.as_dmat4(),
+            lens: viewpoint.lens,
+            occluders: around.occluders,
+            may_occlude,
+            budget,
+            sides,
+        };
+        let tree = around.index.tree();
+        tree.judge(around.half_spaces, around.mask, &mut hide, &mut self.work.waiting);
+        self.stats = hide.stats;
+    }
+
+    /// What was seen when its turn came, and is hidden by what was drawn since.
+    pub(crate) fn hidden_since(&mut self) -> impl Iterator<Item = Key> + '_ {
+        let Self { depth, stats, work } = self;
+        stats.tested += work.seen.len();
+        work.seen.iter().filter_map(|(key, place)| {
+            let is_hidden = depth.meets(place) && !depth.is_rect_visible(place);
+            stats.hidden += usize::from(is_hidden);
+            is_hidden.then_some(*key)
+        })
+    }
+
+    /// Whether a box is behind what was drawn.
+    pub(crate) fn hides(&self, aabb: &Aabb3d, viewpoint: &Viewpoint) -> bool {
+        let place = self.depth.rect_of(aabb, &viewpoint.clip_from_world);
+        self.depth.meets(&place) && !self.depth.is_rect_visible(&place)
+    }
+}
+
+/// Judges by what has been drawn so far, and draws what occludes.
+struct Hide<'a, F, V> {
+    depth: &'a mut MaskedDepthBuffer,
+    seen: &'a mut Vec<(Key, ScreenRect)>,
+    stats: OcclusionStats,
+    clip_from_world: Mat4,
+    exact_clip_from_world: DMat4,
+    lens: Aabb3d,
+    occluders: &'a Occluders,
+    may_occlude: F,
+    budget: OcclusionBudget,
+    sides: &'a mut V,
+}
+
+impl<F: Fn(Key) -> bool, V: Sides<Key>> Judge<Key> for Hide<'_, F, V> {
+    type Place = ScreenRect;
+
+    #[inline(always)]
+    fn places<S: Simd>(&self, simd: S, boxes: Boxes, _: u32) -> [ScreenRect; LANES] {
+        self.depth.rects_of_boxes(simd, boxes, &self.clip_from_world)
+    }
+
+    #[inline(always)]
+    fn nearness(place: &ScreenRect) -> f32 {
+        place.nearest
+    }
+
+    #[inline(always)]
+    fn is_open<S: Simd>(&mut self, simd: S, place: &ScreenRect) -> bool {
+        self.stats.tested += 1;
+        // What is beside the screen is for the half-spaces to tell.
+        !self.depth.meets(place) || self.depth.shows_rect(simd, place)
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd>(&mut self, _: S, key: Key, aabb: &Aabb3d, place: &ScreenRect, is_inside: bool) {
+        if is_inside {
+            self.sides.inside(&[key]);
+        } else {
+            self.sides.across(key, aabb);
+        }
+        self.seen.push((key, *place));
+        self.draw(key, aabb, place);
+    }
+
+    fn pass_over(&mut self, count: usize) {
+        self.stats.hidden += count;
+    }
+}
+
+impl<F: Fn(Key) -> bool, V> Hide<'_, F, V> {
+    /// Draws an entity if it occludes and is worth it.
+    ///
+    /// What lies within what is drawn hides as that does, but for two cases: from within, or where the near plane cuts
+    /// its surface away, one sees through; and a mirror turns the surface inside out, so that one sees into it.
+    #[inline]
+    fn draw(&mut self, key: Key, aabb: &Aabb3d, place: &ScreenRect) {
+        if self.stats.occluders >= self.budget.occluders || self.depth.share_of(place) < self.budget.least_area {
+            return;
+        }
+        let Some((shape, world_from_local)) = self.occluders.get(key.entity) else {
+            return;
+        };
+        if self.lens.intersects(aabb) || world_from_local.matrix3.determinant() < 0.0 {
+            return;
+        }
+        let triangles = match shape {
+            OccluderShape::Boxes(boxes) => 12 * boxes.len(),
+            OccluderShape::Mesh(mesh) => mesh.len(),
+        };
+        if self.stats.triangles + triangles > self.budget.triangles || !(self.may_occlude)(key) {
+            return;
+        }
+        self.stats.occluders += 1;
+        self.stats.triangles += triangles;
+        let clip_from_local = self.exact_clip_from_world * Mat4::from(*world_from_local).as_dmat4();
+        match shape {
+            OccluderShape::Boxes(boxes) => {
+                for aabb in &**boxes {
+                    self.depth.draw_box(aabb, &clip_from_local);
+                }
+            }
+            OccluderShape::Mesh(mesh) => self.depth.draw_mesh(mesh, &clip_from_local, Faces::Front),
+        }
+    }
+}
