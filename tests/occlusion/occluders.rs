@@ -13,9 +13,7 @@ use bevy::{
 };
 use bevy_sightline::{
     mesh::{InnerBoxSettings, NotSolid, UnusableMesh},
-    occlusion::{
-        Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionPlugin, OcclusionSystems,
-    },
+    occlusion::{Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionSystems},
 };
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -25,9 +23,7 @@ use crate::common::*;
 // --- The app ---
 
 fn occluding_app() -> App {
-    headless_app_with(|app| {
-        app.add_plugins(OcclusionPlugin);
-    })
+    headless_app()
 }
 
 fn occluders(app: &App) -> &Occluders {
