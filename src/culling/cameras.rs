@@ -4,7 +4,7 @@ use std::any::TypeId;
 
 use bevy::{
     camera::{
-        Camera, CameraProjection, Projection,
+        Camera, Projection,
         primitives::Frustum,
         visibility::{NoCpuCulling, RenderLayers, VisibleEntities, VisibleEntityRanges},
     },

@@ -33,7 +33,7 @@ mod visibility;
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 15] = [
+const GROUPS: [(&str, fn(Effort)); 16] = [
     ("bounding", bounding::run),
     ("build", spatial::build::run),
     ("choosing", spatial::choosing::run),
@@ -44,6 +44,7 @@ const GROUPS: [(&str, fn(Effort)); 15] = [
     ("mesh", mesh::run),
     ("nearest", spatial::nearest::run),
     ("neighbours", spatial::neighbours::run),
+    ("occlusion", visibility::occlusion::run),
     ("overlaps", spatial::overlaps::run),
     ("picking", picking::run),
     ("rays", spatial::rays::run),

@@ -12,6 +12,7 @@
 
 pub(crate) mod culling;
 pub(crate) mod lights;
+pub(crate) mod occlusion;
 mod scene;
 mod side;
 
