@@ -5,19 +5,21 @@
 //! Arrows point downward only: what is below knows nothing of what is above.
 //!
 //! ```text
-//!      sprite                    ECS plugins
+//!      sprite                            ECS plugins
 //!         |
-//!      picking  selection  culling    what is on the screen; what cameras and lights see
-//!          \    |    /
-//!       index      SpatialIndexPlugin, SceneQuery
-//!         |   \
-//!         |   mesh               a bounding volume hierarchy over the triangles of each mesh
-//!         |   /
-//!      spatial                   structures over boxes, generic over a key
-//!         |
-//!     geometry                   bounding volumes, surfaces, rays, tests between shapes
-//!         |
-//!   bevy_math, glam
+//!      picking   selection   culling     what is on the screen; what cameras and lights see
+//!          \         |       /   |
+//!           \        |      / occlusion   what hides what is behind it
+//!            \       |     /  /   |
+//!             ----- index ----    |       SpatialIndexPlugin, SceneQuery
+//!                   |   \         |
+//!                   |  mesh     raster    a hierarchy over the triangles of each mesh; a depth buffer on the CPU
+//!                   |   /         |
+//!                  spatial -------        structures over boxes, generic over a key
+//!                     |
+//!                 geometry                bounding volumes, surfaces, rays, tests between shapes
+//!                     |
+//!               bevy_math, glam
 //! ```
 //!
 //! # One frame
@@ -29,7 +31,8 @@
 //!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
 //!              SpatialIndexSystems::Sync     what changed → meshes, poses, leaves of tree and grid
 //!              SpatialIndexSystems::Optimize upkeep of the tree
-//!              ViewCullingSystems::Find      frusta of cameras → tree → what is in sight
+//!              OcclusionSystems::FollowOccluders  what changed → shapes that hide
+//!              ViewCullingSystems::Find      frusta of cameras, depth of what hides → tree → what is in sight
 //!              ViewCullingSystems::Write     VisibleEntities, VisibleSet, ViewVisibility
 //!              ViewCullingSystems::Lights    the same for cascades, cube faces and spot lights
 //!              ViewCullingSystems::Hide      what nothing sees any more
@@ -56,7 +59,7 @@ pub mod prelude {
         SightlinePlugins,
         culling::{
             EnteredView, LeftView, ReportViewChanges, ViewCullingPlugin, ViewCullingSettings, ViewCullingSystems,
-            VisibleSet,
+            VisibilityReason, VisibilityReasons, VisibleSet,
         },
         geometry::{
             surface::{BoundedSurface, Surface, SurfaceGroup},

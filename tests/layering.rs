@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
-const FORBIDDEN: [(&str, &[&str]); 7] = [
+const FORBIDDEN: [(&str, &[&str]); 9] = [
     (
         "geometry",
         &[
@@ -15,6 +15,8 @@ const FORBIDDEN: [(&str, &[&str]); 7] = [
             "crate::spatial",
             "crate::mesh",
             "crate::index",
+            "crate::raster",
+            "crate::occlusion",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -31,6 +33,8 @@ const FORBIDDEN: [(&str, &[&str]); 7] = [
             "Res<",
             "crate::mesh",
             "crate::index",
+            "crate::raster",
+            "crate::occlusion",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -47,6 +51,8 @@ const FORBIDDEN: [(&str, &[&str]); 7] = [
             "Query<",
             "Res<",
             "crate::index",
+            "crate::raster",
+            "crate::occlusion",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -55,6 +61,34 @@ const FORBIDDEN: [(&str, &[&str]); 7] = [
     ),
     (
         "index",
+        &[
+            "crate::raster",
+            "crate::occlusion",
+            "crate::culling",
+            "crate::picking",
+            "crate::selection",
+            "crate::sprite",
+        ],
+    ),
+    (
+        "raster",
+        &[
+            "bevy::ecs",
+            "Entity",
+            "Component",
+            "Query<",
+            "Res<",
+            "crate::mesh",
+            "crate::index",
+            "crate::occlusion",
+            "crate::culling",
+            "crate::picking",
+            "crate::selection",
+            "crate::sprite",
+        ],
+    ),
+    (
+        "occlusion",
         &["crate::culling", "crate::picking", "crate::selection", "crate::sprite"],
     ),
     ("culling", &["crate::picking", "crate::selection", "crate::sprite"]),

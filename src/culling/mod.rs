@@ -19,6 +19,12 @@
 //! `Aabb`, and what is [left out of the index](crate::index) are tested one by one, as Bevy does. What has neither
 //! bounds nor the wish to be culled costs nothing from frame to frame.
 //!
+//! # What is hidden
+//!
+//! Cameras with [`SoftwareOcclusion`](crate::occlusion::SoftwareOcclusion) leave out what is behind
+//! [occluders](crate::occlusion). For these the tree is descended from the nearest to the farthest, node by node.
+//! [`VisibilityReasons`] tells why something is not seen.
+//!
 //! # Marks of others
 //!
 //! Systems that mark entities by [`SetViewVisibility`] belong into [`VisibilitySystems::CheckVisibility`], as Bevy has
@@ -43,12 +49,14 @@ mod candidates;
 mod follow;
 mod lights;
 mod marks;
+mod reasons;
 mod replace;
 mod shape;
 mod sorted;
 mod view;
 mod visible_set;
 
+pub use reasons::{VisibilityReason, VisibilityReasons};
 pub use visible_set::{EnteredView, LeftView, ReportViewChanges, VisibleEntity, VisibleSet};
 
 use bevy::{
@@ -126,6 +134,7 @@ impl Plugin for ViewCullingPlugin {
             .register_type::<ViewCullingSettings>()
             .register_type::<VisibleSet>()
             .register_type::<ReportViewChanges>()
+            .register_type::<VisibilityReason>()
             .configure_sets(
                 PostUpdate,
                 (

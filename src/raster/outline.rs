@@ -4,7 +4,7 @@
 //! continues: the outline. A pixel is a connected set. So if the centre of a pixel is in the picture, and no edge of the
 //! outline touches the pixel, then all of it is in the picture.
 
-use bevy::math::{DMat4, DVec2, DVec3, UVec2, Vec3A};
+use bevy::math::{DMat4, DVec2, DVec3, UVec2, Vec3, Vec3A};
 use smallvec::SmallVec;
 
 use super::{
@@ -265,14 +265,9 @@ impl Task for DrawOutlined<'_> {
         } = scratch;
         clipped.clear();
         for vertices in &mesh.vertices {
-            for lane in 0..LANES {
-                let at = DVec3::new(
-                    f64::from(vertices[0][lane]),
-                    f64::from(vertices[1][lane]),
-                    f64::from(vertices[2][lane]),
-                );
-                clipped.push(*clip_from_model * at.extend(1.0));
-            }
+            let [x, y, z] = vertices;
+            let places = x.iter().zip(y).zip(z);
+            clipped.extend(places.map(|((&x, &y), &z)| *clip_from_model * Vec3::new(x, y, z).as_dvec3().extend(1.0)));
         }
         let Some(aabb) = mesh.aabb() else {
             return;

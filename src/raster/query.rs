@@ -204,7 +204,7 @@ impl Task for TestBox<'_> {
         let largest = (self.center.abs() + half_x.abs() + half_y.abs() + half_z.abs()).extend(1.0);
         let error = abs(matrix) * largest * tolerance::RASTER_BOX;
         let sure_w = simd.min_lane(w) - error.w;
-        if !(sure_w > 0.0) {
+        if sure_w <= 0.0 || sure_w.is_nan() {
             return true;
         }
         // |x / w| is 1 on the edge of the screen, and what is beyond it need not be known well.

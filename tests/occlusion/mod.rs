@@ -3,6 +3,7 @@
 mod cameras;
 mod changes;
 mod occluders;
+mod reasons;
 
 use std::any::TypeId;
 
