@@ -22,11 +22,28 @@
 //! the asset to the next shape, they hide nothing. [`Occluders`] is brought up to date in
 //! [`OcclusionSystems::FollowOccluders`], by what has changed.
 //!
+//! # What is hidden
+//!
+//! A camera with [`SoftwareOcclusion`] leaves out of its lists what is behind occluders, in the frame in which anything
+//! moves. The tree of the index is descended from the nearest to the farthest. What is met is tested against the
+//! [depth buffer](crate::raster) of the camera, and what occludes is drawn to it; below a node that is hidden nothing is
+//! looked at. What was seen before something nearer hid it is tested once more in the end. As long as nothing moves,
+//! nothing is drawn or tested.
+//!
+//! Lights see what is hidden from cameras, for it casts shadows. Never left out is what has [`NoOcclusionCulling`] or
+//! `NoFrustumCulling`, and what is not in the index. [`VisibilityReasons`](crate::culling::VisibilityReasons) tells of an
+//! entity that it is occluded, and [`OcclusionBuffer`] of a camera what hides.
+//!
 //! # What does not occlude
 //!
 //! If it should: an open mesh, a mesh without data, a pose. It is listed by [`Occluders::refused`], with one warning.
+//!
+//! For one camera: what it does not draw itself, what has a `VisibilityRange`, what is smaller than the
+//! [budget](OcclusionBudget) wants it. Also what the eye is in, or the near plane cuts: one sees through the inside. And
+//! what is mirrored, for a renderer shows the inside of that.
 
 mod camera;
+mod diagnostics;
 mod follow;
 mod hide;
 mod occluder;
@@ -34,6 +51,7 @@ mod occluders;
 mod shapes;
 
 pub use camera::{NoOcclusionCulling, OcclusionBudget, OcclusionBuffer, OcclusionStats, SoftwareOcclusion};
+pub use diagnostics::OcclusionDiagnosticsPlugin;
 pub(crate) use hide::{Surroundings, Viewpoint};
 pub use occluder::{Occluder, OccluderSettings};
 pub use occluders::{OccluderRefusal, OccluderShape, Occluders};

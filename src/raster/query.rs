@@ -53,6 +53,16 @@ impl MaskedDepthBuffer {
         self.is_parallelepiped_visible(center, axes, clip_from_world)
     }
 
+    /// Tells of many boxes, by their numbers in ascending order, which can be seen: the same in less time.
+    pub fn for_each_visible(&self, aabbs: &[Aabb3d], clip_from_world: &Mat4, visit: impl FnMut(usize)) {
+        dispatch(TestBoxes {
+            buffer: self,
+            aabbs,
+            clip_from_world,
+            visit,
+        });
+    }
+
     /// Whether something in a box that is turned can be seen: one about a centre, between plus and minus each of three
     /// axes, which need not be at right angles.
     pub fn is_parallelepiped_visible(&self, center: Vec3A, half_axes: [Vec3A; 3], clip_from_world: &Mat4) -> bool {
@@ -156,6 +166,37 @@ impl Task for TestRect<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> bool {
         self.buffer.shows_rect(simd, self.rect)
+    }
+}
+
+struct TestBoxes<'a, F> {
+    buffer: &'a MaskedDepthBuffer,
+    aabbs: &'a [Aabb3d],
+    clip_from_world: &'a Mat4,
+    visit: F,
+}
+
+impl<F: FnMut(usize)> Task for TestBoxes<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) {
+        let (mut min, mut max) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for (group, aabbs) in self.aabbs.chunks(LANES).enumerate() {
+            for (lane, aabb) in aabbs.iter().enumerate() {
+                for axis in 0..3 {
+                    min[axis][lane] = aabb.min[axis];
+                    max[axis][lane] = aabb.max[axis];
+                }
+            }
+            let boxes = Boxes { min: &min, max: &max };
+            let rects = self.buffer.rects_of_boxes(simd, boxes, self.clip_from_world);
+            for (lane, rect) in rects[..aabbs.len()].iter().enumerate() {
+                if self.buffer.shows_rect(simd, rect) {
+                    (self.visit)(group * LANES + lane);
+                }
+            }
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod cameras;
 mod changes;
+mod diagnostics;
 mod occluders;
 mod reasons;
 

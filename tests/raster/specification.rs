@@ -293,3 +293,24 @@ fn a_size_is_brought_within_what_a_buffer_can_be() {
         UVec2::splat(8192)
     );
 }
+
+#[test]
+fn many_boxes_are_told_of_as_one_by_one() {
+    let mut rng = crate::common::rng(5);
+    for mode in MODES {
+        let buffer = with_wall(mode, &camera());
+        for n in [0, 1, 7, 8, 9, 500] {
+            let random = |_| Aabb3d::new(crate::common::random_point(&mut rng, 20.0), Vec3A::splat(0.5));
+            let mut boxes: Vec<Aabb3d> = (0..n).map(random).collect();
+            if let Some(bad) = boxes.last_mut() {
+                bad.max.x = f32::NAN;
+            }
+            let mut visible = Vec::new();
+            buffer.for_each_visible(&boxes, &camera(), |number| visible.push(number));
+            let alone = (0..n).filter(|&number| buffer.is_aabb_visible(&boxes[number], &camera()));
+            let alone: Vec<usize> = alone.collect();
+            // Boxes that only rounding decides may differ: none of these are.
+            assert_eq!(visible, alone);
+        }
+    }
+}
