@@ -235,11 +235,10 @@ impl Task for TestBox<'_> {
             return true;
         }
         let per_w = simd.div(simd.splat(1.0), w);
-        let max_lane = |values| -simd.min_lane(simd.sub(zero, values));
         let (x, y) = (simd.mul(x, per_w), simd.mul(y, per_w));
         let min = Vec2::new(simd.min_lane(x), simd.min_lane(y));
-        let max = Vec2::new(max_lane(x), max_lane(y));
-        let nearest = max_lane(simd.mul(z, per_w));
+        let max = Vec2::new(max_lane(simd, x), max_lane(simd, y));
+        let nearest = max_lane(simd, simd.mul(z, per_w));
 
         let [half_x, half_y, half_z] = self.half_axes;
         let largest = (self.center.abs() + half_x.abs() + half_y.abs() + half_z.abs()).extend(1.0);
@@ -260,6 +259,13 @@ impl Task for TestBox<'_> {
     }
 }
 
+/// The greatest of the lanes, none of which may be NaN.
+#[inline(always)]
+fn max_lane<S: Simd>(simd: S, values: S::F32s) -> f32 {
+    -simd.min_lane(simd.sub(simd.splat(0.0), values))
+}
+
+#[inline(always)]
 fn abs(matrix: &Mat4) -> Mat4 {
     Mat4::from_cols(
         matrix.x_axis.abs(),
@@ -335,8 +341,8 @@ impl<S: Simd> ScreenHull<S> {
         let per_w = simd.div(simd.splat(1.0), sure_w);
         let one = simd.splat(1.0);
         // |x / w| is 1 on the edge of the screen, and what is beyond it need not be known well.
-        let grow = |error: S::F32s| simd.mul(simd.add(simd.mul(error, slack), error_w), per_w);
-        let (grow_x, grow_y) = (grow(error_x), grow(error_y));
+        let grow_x = simd.mul(simd.add(simd.mul(error_x, slack), error_w), per_w);
+        let grow_y = simd.mul(simd.add(simd.mul(error_y, slack), error_w), per_w);
         let grow_z = simd.mul(
             simd.add(
                 simd.mul(error_z, slack),

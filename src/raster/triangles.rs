@@ -123,24 +123,16 @@ fn project<S: Simd>(simd: S, mesh: &OccluderMesh, clip_from_model: &Mat4, size: 
         let per_w = simd.div(simd.splat(1.0), w);
         let screen_x = simd.add(simd.mul(simd.mul(x, per_w), simd.splat(half.x)), simd.splat(half.x));
         let screen_y = simd.sub(simd.splat(half.y), simd.mul(simd.mul(y, per_w), simd.splat(half.y)));
-        let bit = |lanes: S::U32s, bit: u32| simd.and(lanes, simd.splat_bits(bit));
-        // Written so that what is NaN is far away.
-        let is_close = |at: S::F32s| {
-            simd.and(
-                simd.lt_lanes(at, simd.splat(GUARD)),
-                simd.lt_lanes(simd.splat(-GUARD), at),
-            )
-        };
-        let is_close = simd.and(is_close(screen_x), is_close(screen_y));
+        let is_close = simd.and(is_close(simd, screen_x), is_close(simd, screen_y));
         let is_beyond_near = simd.and_not(simd.lt_lanes(zero, w), simd.lt_lanes(w, z));
         let sides = simd.or(
             simd.or(
-                bit(simd.lt_lanes(x, back), outside::LEFT),
-                bit(simd.lt_lanes(w, x), outside::RIGHT),
+                simd.and(simd.lt_lanes(x, back), simd.splat_bits(outside::LEFT)),
+                simd.and(simd.lt_lanes(w, x), simd.splat_bits(outside::RIGHT)),
             ),
             simd.or(
-                bit(simd.lt_lanes(y, back), outside::BELOW),
-                bit(simd.lt_lanes(w, y), outside::ABOVE),
+                simd.and(simd.lt_lanes(y, back), simd.splat_bits(outside::BELOW)),
+                simd.and(simd.lt_lanes(w, y), simd.splat_bits(outside::ABOVE)),
             ),
         );
         let depths = simd.or(
@@ -154,6 +146,15 @@ fn project<S: Simd>(simd: S, mesh: &OccluderMesh, clip_from_model: &Mat4, size: 
             simd.floats(simd.or(sides, depths)),
         ]));
     }
+}
+
+/// The lanes that are not far beside the screen. What is NaN is.
+#[inline(always)]
+fn is_close<S: Simd>(simd: S, at: S::F32s) -> S::U32s {
+    simd.and(
+        simd.lt_lanes(at, simd.splat(GUARD)),
+        simd.lt_lanes(simd.splat(-GUARD), at),
+    )
 }
 
 #[inline(always)]
@@ -245,6 +246,17 @@ fn draw_special<S: Simd>(
     }
 }
 
+/// The pixels, from the first to before the end, whose centres are between three coordinates and on the screen.
+#[inline(always)]
+fn pixels_between<S: Simd>(simd: S, values: &[S::F32s; 3], size: u32) -> (S::F32s, S::F32s) {
+    let half = simd.splat(0.5);
+    let least = simd.min(simd.min(values[0], values[1]), values[2]);
+    let greatest = simd.max(simd.max(values[0], values[1]), values[2]);
+    let first = simd.max(simd.ceil(simd.sub(least, half)), simd.splat(0.0));
+    let end = simd.min(simd.ceil(simd.sub(greatest, half)), simd.splat(size as f32));
+    (first, end)
+}
+
 /// Draws triangles of which all is well within the reach of single precision.
 #[inline(always)]
 fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>, faces: Faces, lanes: u32) {
@@ -261,21 +273,14 @@ fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>
         Faces::Back => simd.lt(area, zero),
         Faces::Both => simd.lt(zero, area) | simd.lt(area, zero),
     };
-    let half = simd.splat(0.5);
-    let bounds = |values: &[S::F32s; 3], size: u32| {
-        let least = simd.min(simd.min(values[0], values[1]), values[2]);
-        let greatest = simd.max(simd.max(values[0], values[1]), values[2]);
-        let first = simd.max(simd.ceil(simd.sub(least, half)), zero);
-        let end = simd.min(simd.ceil(simd.sub(greatest, half)), simd.splat(size as f32));
-        (first, end)
-    };
-    let (first_column, end_column) = bounds(x, buffer.size.x);
-    let (first_row, end_row) = bounds(y, buffer.size.y);
+    let (first_column, end_column) = pixels_between(simd, x, buffer.size.x);
+    let (first_row, end_row) = pixels_between(simd, y, buffer.size.y);
     let mut lanes = lanes & wanted & simd.lt(first_column, end_column) & simd.lt(first_row, end_row);
     if lanes == 0 {
         return;
     }
 
+    let half = simd.splat(0.5);
     // Lines of the edges, of which those that go down are on the left, and of back faces on the right.
     let is_back = simd.lt_lanes(area, zero);
     let (no_left, no_right) = (simd.splat(Line::NO_LEFT), simd.splat(Line::NO_RIGHT));
