@@ -3,6 +3,8 @@
 mod cameras;
 mod changes;
 mod diagnostics;
+mod city;
+mod exact;
 mod occluders;
 mod reasons;
 
