@@ -16,7 +16,7 @@ use crate::{
     thief::{Person, Thief},
 };
 
-const HELP: &str = "Arrow keys or W A S D: lead the thief    R: let it go its own way";
+const HELP: &str = "Arrow keys or W A S D: lead the thief    R: let it go its own way    Space: hold still";
 
 /// The fan of a guard on the ground.
 #[derive(Component)]
@@ -54,7 +54,7 @@ pub fn color(state: State) -> Srgba {
 
 pub fn plugin(app: &mut App) {
     app.add_systems(PostStartup, set_up)
-        .add_systems(Update, (label, tell))
+        .add_systems(Update, (hold_still, label, tell))
         .add_systems(PostUpdate, (spread_fans, draw_lines, tint).after(guards::look));
 }
 
@@ -116,7 +116,12 @@ fn set_up(
             justify_content: JustifyContent::Center,
             ..default()
         },
-        children![(Cost, Text::default(), TextFont::from_font_size(15.0))],
+        children![(
+            Cost,
+            Text::default(),
+            TextFont::from_font_size(15.0),
+            TextLayout::justify(Justify::Center)
+        )],
     ));
     commands.spawn((
         Share,
@@ -172,6 +177,12 @@ fn set_up(
                 ));
             }
         });
+}
+
+fn hold_still(keys: Res<ButtonInput<KeyCode>>, mut time: ResMut<Time<Virtual>>) {
+    if keys.just_pressed(KeyCode::Space) {
+        time.toggle();
+    }
 }
 
 /// Lays each fan on the ground, brightest at the guard.
@@ -296,7 +307,7 @@ fn tell(
     if let Ok(mut text) = texts.get_mut(*cost) {
         let ms = effort.took.as_secs_f64() * 1e3;
         text.0 = format!(
-            "{} rays and {} lines of sight in {ms:.1} ms    {HELP}",
+            "{} rays and {} lines of sight in {ms:.1} ms\n{HELP}",
             effort.rays, effort.lines
         );
     }

@@ -21,8 +21,8 @@ const STEP: f32 = 1.0 / 30.0;
 const SIZE: UVec2 = UVec2::new(2560, 1440);
 /// So that the stone is not white.
 const EXPOSURE: f32 = 0.75;
-/// How far short of their ends the rays of a fan must be in sight, in metres: at the very ends, rays that graze what they
-/// hit are decided by rounding.
+/// How far short of their ends the rays of a fan must be in sight, in metres: at the very ends, rays that graze what
+/// they hit are decided by rounding.
 const SHORT: f32 = 0.01;
 
 /// What one guard has seen of the thief.
@@ -118,7 +118,8 @@ fn draw_now(app: &mut App, file: PathBuf) -> Result<(), Box<dyn Error + Send + S
     (app.world_mut().run_system_cached_with(draw, file)).map_err(|error| error.to_string())?
 }
 
-/// Draws what the camera sees, ray by ray, with the light of the guards on the ground: where the eye has a line of sight.
+/// Draws what the camera sees, ray by ray, with the light of the guards on the ground: where the eye has a line of
+/// sight.
 fn draw(
     In(file): In<PathBuf>,
     painter: Painter,
