@@ -13,7 +13,7 @@ use bevy_sightline::{geometry::ray::triangle::Backfaces, geometry::tolerance::LI
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::common::*;
+use crate::{common::*, skinned_picking::rig::*};
 
 fn settings<'a>() -> SceneQuerySettings<'a> {
     SceneQuerySettings::default()
@@ -552,6 +552,31 @@ fn a_system_that_asks_may_change_cameras() {
     settle(&mut app);
     app.add_systems(Update, ask);
     app.update();
+}
+
+#[test]
+fn a_skinned_mesh_is_seen_and_blocks_where_it_is_posed() {
+    let mut app = headless_app();
+    // Spawned far off, and faces up.
+    let at = |x| Transform::from_xyz(x, 0.0, 0.0);
+    let rig = spawn_rig(&mut app, with_one_joint(square()), &[at(5.0)]);
+    settle(&mut app);
+    let blocks = |app: &mut App, x: f32| !sees(app, Vec3::new(x, 1.0, 0.1), Vec3::new(x, -1.0, 0.1), settings());
+    let seen = |app: &mut App, eye| {
+        query(app, |scene| {
+            scene.visible_fraction_from(eye, rig.entity, 64, &settings())
+        })
+    };
+    assert!(blocks(&mut app, 5.0) && !blocks(&mut app, 8.0));
+    let over_both = Vec3::new(6.5, 4.0, 0.0);
+    assert_eq!(seen(&mut app, over_both), Some(1.0));
+    spawn_mesh(&mut app, Cuboid::new(2.0, 0.1, 2.0), Transform::from_xyz(5.3, 1.0, 0.0));
+    app.update();
+    assert_eq!(seen(&mut app, over_both), Some(0.0));
+    move_joint(&mut app, rig.joints[0], at(8.0));
+    app.update();
+    assert!(blocks(&mut app, 8.0));
+    assert_eq!(seen(&mut app, over_both), Some(1.0));
 }
 
 // --- Against an oracle ---
