@@ -6,6 +6,7 @@ mod diagnostics;
 mod city;
 mod exact;
 mod occluders;
+mod proof;
 mod reasons;
 
 use std::any::TypeId;
