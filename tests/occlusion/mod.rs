@@ -2,8 +2,8 @@
 
 mod cameras;
 mod changes;
-mod diagnostics;
 mod city;
+mod diagnostics;
 mod exact;
 mod occluders;
 mod proof;
