@@ -8,6 +8,7 @@ mod differential;
 mod geometry;
 mod inner_boxes;
 mod layering;
+mod line_of_sight;
 mod mesh;
 mod mesh_assets;
 mod mesh_batches;

@@ -160,3 +160,10 @@ pub const SEAM: f64 = 16.0 * f32::EPSILON as f64;
 ///
 /// A depth buffer of `f32` that is drawn by the box, and asked about what lies on the surface, tells the two apart.
 pub const INNER_BOX: f64 = 1.0 / 4096.0;
+
+/// How close to an end of a line of sight what it meets is at that end, and not in between, as a fraction of the largest
+/// coordinate of the two ends.
+///
+/// A point where a ray hit a surface is off that by some 8u, of the coordinates of both; along a line of sight that is
+/// more by the slope at which it leaves the surface: 64u leave room for angles down to a tenth of a radian.
+pub const LINE_OF_SIGHT: f32 = 32.0 * f32::EPSILON;

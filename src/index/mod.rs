@@ -63,6 +63,7 @@ mod surface;
 mod sync;
 pub(crate) mod ticks;
 mod triangles;
+mod views;
 
 pub use crate::geometry::ray::triangle::Backfaces;
 pub use components::{BoundedBy, HitSurface, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
@@ -78,11 +79,12 @@ pub use settings::{MeshSettings, QueryVisibility, SceneQuerySettings, SpatialInd
 pub(crate) use spatial_index::Key;
 pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
 pub use stats::SyncStats;
+use views::CameraViews;
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
     asset::{AssetEvent, AssetEventSystems, Assets},
-    camera::visibility::VisibilitySystems,
+    camera::{CameraUpdateSystems, visibility::VisibilitySystems},
     ecs::{
         message::Messages,
         schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
@@ -119,6 +121,7 @@ impl Plugin for SpatialIndexPlugin {
         app.insert_resource(SpatialIndex::new())
             .insert_resource(MeshBvhs::new())
             .init_resource::<PosedMeshes>()
+            .init_resource::<CameraViews>()
             .init_resource::<SpatialIndexSettings>()
             .init_resource::<SyncStats>()
             .register_type::<BoundedBy>()
@@ -146,6 +149,12 @@ impl Plugin for SpatialIndexPlugin {
                     sync::follow_entities,
                 )
                     .chain()
+                    .in_set(SpatialIndexSystems::Sync),
+            )
+            .add_systems(
+                PostUpdate,
+                views::follow_cameras
+                    .after(CameraUpdateSystems)
                     .in_set(SpatialIndexSystems::Sync),
             )
             .add_systems(PostUpdate, sync::optimize.in_set(SpatialIndexSystems::Optimize));

@@ -2,8 +2,11 @@
 
 mod cameras;
 mod changes;
+mod city;
 mod diagnostics;
+mod exact;
 mod occluders;
+mod proof;
 mod reasons;
 
 use std::any::TypeId;

@@ -3,7 +3,9 @@
 mod boxes;
 mod candidates;
 mod mesh_contacts;
+mod pattern;
 mod rays;
+mod sight;
 
 pub use boxes::SweepHit;
 pub(crate) use candidates::{Candidate, CandidateSurface, CandidateTriangles};
@@ -21,7 +23,7 @@ use bevy::{
 
 use super::{
     MeshBvhs, PosedMeshes, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, mesh_slot::MeshSlot,
-    spatial_index::Key, surface::PlacedSurface, triangles::TrianglesRef,
+    spatial_index::Key, surface::PlacedSurface, triangles::TrianglesRef, views::CameraViews,
 };
 use crate::{mesh::PosedMesh, spatial::aabb_tree::Masked};
 
@@ -45,6 +47,7 @@ pub struct SceneQuery<'w, 's> {
     index: Res<'w, SpatialIndex>,
     meshes: Res<'w, MeshBvhs>,
     poses: Res<'w, PosedMeshes>,
+    views: Res<'w, CameraViews>,
     /// Every entity that still exists and is not disabled.
     entities: Query<'w, 's, (Option<&'static ViewVisibility>, Has<VisibilityClass>)>,
 }

@@ -34,22 +34,25 @@ impl SceneQuery<'_, '_> {
     /// Exact: the surfaces themselves are tested, as [`crate::index`] says. Of hits at one distance, up to rounding,
     /// the smallest entity wins, by its [`Ord`]; flat surfaces are first told apart by their planes in double precision. A ray with a NaN or infinite origin hits nothing.
     pub fn cast_ray(&self, ray: Ray3d, settings: &SceneQuerySettings) -> Option<RayHit> {
-        let ray = Ray::from_ray3d(ray, settings.max_distance)?;
-        let mut rest = ray;
+        self.closest(&Ray::from_ray3d(ray, settings.max_distance)?, settings)
+    }
+
+    /// The nearest hit of a ray, with the parameter of the ray for the distance.
+    pub(super) fn closest(&self, ray: &Ray, settings: &SceneQuerySettings) -> Option<RayHit> {
+        let mut rest = *ray;
         let mut closest: Option<EntityHit> = None;
-        self.tree(settings).visit_ray(&ray, |key, _| {
+        self.tree(settings).visit_ray(ray, |key, _| {
             let Some(hit) = self.hit_surface(key, &rest, settings) else {
                 return Visit::Continue;
             };
-            let precedes = closest.as_ref().is_none_or(|closest| hit.precedes(closest, &ray));
+            let precedes = closest.as_ref().is_none_or(|closest| hit.precedes(closest, ray));
             if !precedes || !self.confirm(key.entity, settings) {
                 return Visit::Continue;
             }
             rest = rest.with_t_max(hit.t());
             Visit::Shorten(closest.insert(hit).t())
         });
-        let closest = closest?;
-        self.ray_hit(&ray, &closest)
+        self.ray_hit(ray, &closest?)
     }
 
     /// The nearest hit of each of many rays, written over `hits` in the order of the rays: what
@@ -136,33 +139,22 @@ impl SceneQuery<'_, '_> {
 
     /// Whether a ray hits anything. Cheaper than [`cast_ray`](Self::cast_ray): it stops at the first hit it finds.
     pub fn any_hit(&self, ray: Ray3d, settings: &SceneQuerySettings) -> bool {
-        Ray::from_ray3d(ray, settings.max_distance).is_some_and(|ray| self.blocks(&ray, settings))
+        Ray::from_ray3d(ray, settings.max_distance).is_some_and(|ray| self.blocks(&ray, None, settings))
     }
 
-    /// Whether nothing lies between two points.
-    ///
-    /// Back faces block too, so that the answer is the same both ways, unless `settings` say otherwise. Things that
-    /// the segment only ends on are in its way: exclude the two that look at each other, or start off their surfaces.
-    /// Points that coincide see each other. False if a coordinate is NaN or infinite, or if the points are farther apart
-    /// than the maximum distance or than `f32` can tell.
-    pub fn line_of_sight(&self, from: Vec3, to: Vec3, settings: &SceneQuerySettings) -> bool {
-        let within_reach = from.is_finite() && to.is_finite() && from.distance(to) <= settings.max_distance;
-        if !within_reach {
-            return false;
-        }
-        let settings = SceneQuerySettings {
-            backfaces: settings.backfaces.or(Some(Backfaces::Include)),
-            ..*settings
-        };
-        from == to || Ray::segment(from, to).is_some_and(|segment| !self.blocks(&segment, &settings))
-    }
-
-    fn blocks(&self, ray: &Ray, settings: &SceneQuerySettings) -> bool {
+    /// Whether a ray hits anything but `exception`.
+    pub(super) fn blocks(&self, ray: &Ray, exception: Option<Entity>, settings: &SceneQuerySettings) -> bool {
         self.tree(settings).any_hit(ray, |key, ray| {
-            self.admit(key, settings)
+            exception != Some(key.entity)
+                && self.admit(key, settings)
                 && (self.index.surface(key.slot)).is_some_and(|surface| self.is_hit(surface, ray, settings))
                 && self.confirm(key.entity, settings)
         })
+    }
+
+    /// Where a ray first hits one entity, if the settings admit it.
+    pub(super) fn meets(&self, key: Key, ray: &Ray, settings: &SceneQuerySettings) -> Option<f32> {
+        self.hit_surface(key, ray, settings).map(|hit| hit.t())
     }
 
     /// The nearest hit on one entity, if the settings admit it, before it is [confirmed](Self::confirm).

@@ -216,6 +216,11 @@ impl SpatialIndex {
         self.tenants.get(slot as usize).map(|tenant| tenant.entity)
     }
 
+    /// What the structures know an entity by, if it is here.
+    pub(super) fn key(&self, entity: Entity) -> Option<Key> {
+        self.slot(entity).map(|slot| Key { entity, slot })
+    }
+
     #[inline]
     fn slot(&self, entity: Entity) -> Option<Slot> {
         let slot = *self.slot_of.get(entity.index_u32() as usize)?;
