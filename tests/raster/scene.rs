@@ -170,9 +170,14 @@ impl Scene {
         let (min, max) = self.rect(aabb)?;
         let ends = [aabb.min.as_dvec3(), aabb.max.as_dvec3()];
         let world_from_clip = self.clip_from_world.as_dmat4().inverse();
+        let front: Vec<&[DVec4; 3]> = self
+            .front
+            .iter()
+            .filter(|corners| may_meet(corners, min, max))
+            .collect();
         let is_visible = |place: DVec2| {
             let within = place.cmpge(min).all() && place.cmple(max).all();
-            within && self.sees(place, ends, &world_from_clip)
+            within && self.sees(place, ends, &world_from_clip, &front)
         };
         for _ in 0..24 {
             let share = DVec2::new(rng.random(), rng.random());
@@ -182,7 +187,7 @@ impl Scene {
             }
         }
         let pixel = 2.0 / size.as_dvec2();
-        for corners in &self.front {
+        for corners in &front {
             for side in 0..3 {
                 let (from, to) = (corners[side], corners[(side + 1) % 3]);
                 if from.w <= 0.0 || to.w <= 0.0 {
@@ -208,7 +213,7 @@ impl Scene {
     }
 
     /// Whether a box is seen at a place of the screen.
-    fn sees(&self, place: DVec2, ends: [DVec3; 2], world_from_clip: &DMat4) -> bool {
+    fn sees(&self, place: DVec2, ends: [DVec3; 2], world_from_clip: &DMat4, front: &[&[DVec4; 3]]) -> bool {
         let point = |depth: f64| {
             let point = *world_from_clip * DVec4::new(place.x, place.y, depth, 1.0);
             point.truncate() / point.w
@@ -230,7 +235,7 @@ impl Scene {
         if !(0.0..=1.0).contains(&depth) {
             return false;
         }
-        !self.front.iter().any(|corners| {
+        !front.iter().any(|corners| {
             depth_at(corners, place).is_some_and(|hides| hides <= 1.0 + 1e-12 && hides >= depth * (1.0 - 1e-9))
         })
     }
@@ -238,6 +243,17 @@ impl Scene {
 
 fn xyw(clip: DVec4) -> DVec3 {
     DVec3::new(clip.x, clip.y, clip.w)
+}
+
+/// Whether a triangle may be somewhere in a rectangle of the screen.
+fn may_meet(corners: &[DVec4; 3], min: DVec2, max: DVec2) -> bool {
+    if corners.iter().any(|corner| corner.w <= 0.0) {
+        return true;
+    }
+    let places = corners.map(|corner| corner.truncate().truncate() / corner.w);
+    let least = places[0].min(places[1]).min(places[2]);
+    let greatest = places[0].max(places[1]).max(places[2]);
+    least.cmple(max + 1e-6).all() && greatest.cmpge(min - 1e-6).all()
 }
 
 /// The depth of a triangle at a place of the screen, if it is there and before the eye. Rounding errs to that it is.
