@@ -11,6 +11,7 @@
 //! [`SpatialIndexSystems`]: bevy_sightline::index::SpatialIndexSystems
 
 pub(crate) mod culling;
+mod frames;
 pub(crate) mod lights;
 pub(crate) mod occlusion;
 mod scene;

@@ -10,6 +10,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
+    frames,
     scene::Scene,
     set_up_threads,
     side::{Kind, Number, Side},
@@ -46,6 +47,7 @@ const MOTIONS: [(&str, Motion); 3] = [
 
 pub(crate) fn run(effort: Effort) {
     set_up_threads("occlusion");
+    frames::run(if effort == Effort::Quick { 5 } else { 101 });
     let sizes: &[(&str, usize, usize)] = match effort {
         Effort::Quick => &[("10k", 10_000, 60)],
         Effort::Full => &[("10k", 10_000, 240), ("100k", 100_000, 120), ("1M", 1_000_000, 40)],
@@ -103,7 +105,8 @@ pub(crate) fn run(effort: Effort) {
 fn city(n: usize) -> Scene {
     let mut rng = ChaCha8Rng::seed_from_u64(n as u64);
     let blocks = (n / EACH) as f32;
-    let across = blocks.sqrt().ceil();
+    // Even, so that there is a crossing in the middle.
+    let across = 2.0 * (blocks.sqrt() / 2.0).ceil();
     let places = (0..n).map(|number| {
         let block = (number / EACH) as f32;
         let middle = Vec3::new(
