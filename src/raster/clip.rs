@@ -174,6 +174,9 @@ pub(super) struct DepthPlane {
     pub least: f32,
     /// Nowhere nearer, whatever the plane says.
     pub greatest: f32,
+    /// Where the pixels are that it is the depth of, across and down.
+    pub columns: [f32; 2],
+    pub rows: [f32; 2],
 }
 
 impl DepthPlane {
@@ -205,6 +208,8 @@ impl DepthPlane {
             per_row: per_row as f32,
             least: (least as f32).next_down(),
             greatest: greatest as f32,
+            columns: [pixels.columns.start as f32, pixels.columns.end as f32],
+            rows: [pixels.rows.start as f32, pixels.rows.end as f32],
         };
         let is_finite = plane.depth.is_finite() && plane.per_column.is_finite() && plane.per_row.is_finite();
         if is_sound && is_finite {
@@ -225,6 +230,8 @@ impl DepthPlane {
             per_row: 0.0,
             least: depth,
             greatest: depth,
+            columns: [0.0; 2],
+            rows: [0.0; 2],
         }
     }
 }

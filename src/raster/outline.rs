@@ -71,8 +71,13 @@ pub(super) fn farthest_of_blocks<S: Simd>(simd: S, plane: &DepthPlane, left: f32
         0.0
     };
     let down = if plane.per_row < 0.0 { BLOCK_HEIGHT as f32 } else { 0.0 };
-    let x = simd.add(simd.load(&BLOCK_LEFT), simd.splat(left + across - plane.x));
-    let y = simd.add(simd.load(&BLOCK_TOP), simd.splat(top + down - plane.y));
+    let x = simd.add(simd.load(&BLOCK_LEFT), simd.splat(left + across));
+    let y = simd.add(simd.load(&BLOCK_TOP), simd.splat(top + down));
+    // What of a block is beside all pixels does not matter.
+    let x = simd.max(simd.min(x, simd.splat(plane.columns[1])), simd.splat(plane.columns[0]));
+    let y = simd.max(simd.min(y, simd.splat(plane.rows[1])), simd.splat(plane.rows[0]));
+    let x = simd.sub(x, simd.splat(plane.x));
+    let y = simd.sub(y, simd.splat(plane.y));
     let depth = simd.add(
         simd.add(
             simd.mul(x, simd.splat(plane.per_column)),

@@ -342,6 +342,8 @@ fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>
             per_row: plane[4][lane],
             least: plane[5][lane],
             greatest: plane[6][lane],
+            columns: [first_column[lane], end_column[lane]],
+            rows: [first_row[lane], end_row[lane]],
         };
         let region = Region {
             lines: &lines,
