@@ -1,6 +1,6 @@
 //! Boxes, drawn by their outline: convex, so that one region is all of it.
 
-use bevy::math::{DMat4, DVec2, DVec3, DVec4, Mat4, bounding::Aabb3d};
+use bevy::math::{DMat4, DVec2, DVec3, DVec4, bounding::Aabb3d};
 use smallvec::SmallVec;
 
 use super::{
@@ -47,17 +47,12 @@ impl MaskedDepthBuffer {
             clip_from_model,
         });
     }
-
-    /// The same with a matrix in single precision.
-    pub fn draw_box_f32(&mut self, aabb: &Aabb3d, clip_from_model: &Mat4) {
-        self.draw_box(aabb, &clip_from_model.as_dmat4());
-    }
 }
 
-struct DrawBox<'a> {
-    buffer: &'a mut MaskedDepthBuffer,
-    aabb: &'a Aabb3d,
-    clip_from_model: &'a DMat4,
+pub(super) struct DrawBox<'a> {
+    pub buffer: &'a mut MaskedDepthBuffer,
+    pub aabb: &'a Aabb3d,
+    pub clip_from_model: &'a DMat4,
 }
 
 impl Task for DrawBox<'_> {

@@ -48,6 +48,8 @@ mod image;
 mod mesh;
 mod outline;
 mod query;
+#[cfg(test)]
+mod tests;
 mod tile;
 mod triangles;
 

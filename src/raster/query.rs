@@ -169,11 +169,11 @@ impl Task for TestRect<'_> {
     }
 }
 
-struct TestBoxes<'a, F> {
-    buffer: &'a MaskedDepthBuffer,
-    aabbs: &'a [Aabb3d],
-    clip_from_world: &'a Mat4,
-    visit: F,
+pub(super) struct TestBoxes<'a, F> {
+    pub buffer: &'a MaskedDepthBuffer,
+    pub aabbs: &'a [Aabb3d],
+    pub clip_from_world: &'a Mat4,
+    pub visit: F,
 }
 
 impl<F: FnMut(usize)> Task for TestBoxes<'_, F> {

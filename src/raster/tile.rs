@@ -23,7 +23,7 @@ pub(super) const NOTHING: f32 = -1.0;
 /// What is known of a tile: all pixels of a block are at least as near as `depth`, those of the first mask at least as
 /// near as the first of the masked depths, and those of the second, which has no others, as the second, which is no
 /// farther. Bit `8 * row + column` of a mask is for a pixel of a block.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Tile {
     depth: [f32; LANES],

@@ -67,11 +67,11 @@ struct Batch<S: Simd> {
     depth: [S::F32s; 3],
 }
 
-struct DrawCenters<'a> {
-    buffer: &'a mut MaskedDepthBuffer,
-    mesh: &'a OccluderMesh,
-    clip_from_model: &'a DMat4,
-    faces: Faces,
+pub(super) struct DrawCenters<'a> {
+    pub buffer: &'a mut MaskedDepthBuffer,
+    pub mesh: &'a OccluderMesh,
+    pub clip_from_model: &'a DMat4,
+    pub faces: Faces,
 }
 
 impl Task for DrawCenters<'_> {
