@@ -16,6 +16,15 @@
 //! or morphed is not where its vertices are, and does not occlude by them. Nothing is known of materials: what is drawn
 //! in part, blended, or by a shader that moves it must not have an `Occluder`.
 //!
+//! Where every mesh is opaque and stays where its box is, all may occlude:
+//!
+//! ```
+//! # use bevy::prelude::*;
+//! # use bevy_sightline::prelude::*;
+//! # let mut app = App::new();
+//! app.register_required_components::<Mesh3d, Occluder>();
+//! ```
+//!
 //! # When
 //!
 //! Shapes are made of a mesh once, in the background, for all entities that use it. Until then, and from any change of

@@ -651,3 +651,11 @@ fn occluders_are_what_the_components_say_whatever_happens() {
         }
     }
 }
+
+#[test]
+fn all_meshes_occlude_if_the_game_wants_it_so() {
+    let mut app = occluding_app();
+    app.register_required_components::<Mesh3d, Occluder>();
+    let cube = spawn_cube(&mut app, Vec3::ZERO);
+    assert!(occludes(&mut app, cube));
+}
