@@ -13,6 +13,8 @@ use crate::{
 
 /// In metres a second.
 const SPEED: f32 = 6.0;
+/// Where the walk begins, in metres after the first corner.
+const START: f32 = 147.0;
 /// The longest step, in seconds, so that slow frames do not jump.
 const LONGEST_STEP: f32 = 0.2;
 
@@ -37,7 +39,7 @@ struct Walk {
 pub struct Settings(pub SoftwareOcclusion);
 
 pub fn plugin(app: &mut App) {
-    app.insert_resource(Walk { on: true, along: 0.0 })
+    app.insert_resource(Walk { on: true, along: START })
         .init_resource::<Settings>()
         .add_systems(Update, ((take_over, walk).chain(), choose));
 }

@@ -1,5 +1,7 @@
 //! The walk without a window: nothing that can be seen may be hidden.
 
+use std::path::PathBuf;
+
 use bevy::prelude::*;
 use bevy_sightline::{occlusion::OcclusionStats, prelude::*};
 
@@ -17,8 +19,16 @@ const RAYS: UVec2 = UVec2::new(192, 108);
 
 /// One frame of the walk.
 struct Frame {
-    seen: Vec<Entity>,
-    stats: Option<OcclusionStats>,
+    sight: Sight,
+    stats: OcclusionStats,
+}
+
+/// What rays from the eye have met.
+#[derive(Default)]
+struct Rays {
+    cast: usize,
+    /// Those that met what was hidden.
+    missed: usize,
 }
 
 /// Walks one round with occlusion and one without, and prints what was seen and how long it took.
@@ -38,57 +48,37 @@ fn walk_and_compare(app: &mut App) -> Result<(), String> {
         app.update();
     }
     app.world_mut().resource_mut::<Stopwatch>().forget();
-    let (mut rays, mut missed) = (0, 0);
+    let options = app.world().resource::<Options>().clone();
+    let mut rays = Rays::default();
     let with = walk(app, |app, frame| {
-        let every = app.world().resource::<Options>().frames.div_ceil(LOOKS);
-        if frame.is_multiple_of(every)
-            && let Ok((cast, blind)) = app.world_mut().run_system_cached(look_around)
-        {
-            rays += cast;
-            missed += blind;
+        if frame.is_multiple_of(options.frames.div_ceil(LOOKS)) {
+            let _ = app.world_mut().run_system_cached_with(look_around, &mut rays);
         }
     });
-    let picture = app.world().resource::<Options>().picture.clone();
-    if let Some(file) = picture {
-        match app.world_mut().run_system_cached_with(picture::draw, file.clone()) {
-            Ok(Ok(())) => println!("picture: {}", file.display()),
-            Ok(Err(error)) => return Err(format!("no picture: {error}")),
-            Err(error) => return Err(format!("no picture: {error}")),
-        }
+    if let Some(file) = options.picture {
+        draw(app, file)?;
     }
     let world = app.world_mut();
-    let walker = world.query_filtered::<Entity, With<Walker>>().single(world);
-    let walker = walker.map_err(|error| error.to_string())?;
+    let mut walkers = world.query_filtered::<Entity, With<Walker>>();
+    let walker = walkers.single(world).map_err(|error| error.to_string())?;
     world
         .entity_mut(walker)
         .remove::<(SoftwareOcclusion, OcclusionBuffer)>();
     let without = walk(app, |_, _| ());
 
-    for (frame, (with, without)) in with.iter().zip(&without).enumerate() {
-        if with
-            .seen
-            .iter()
-            .any(|entity| without.seen.binary_search(entity).is_err())
-        {
-            return Err(format!("frame {frame}: something is seen that is not in the frustum"));
-        }
+    check(&with, &without)?;
+    print_report(app.world(), &with, &without, &rays);
+    if rays.missed > 0 {
+        return Err(format!("{} rays met what was hidden", rays.missed));
     }
-    print_report(app, &with, &without, rays, missed);
-    if missed > 0 {
-        return Err(format!("{missed} rays met what was hidden"));
-    }
-    let is_any_hidden = with
-        .iter()
-        .zip(&without)
-        .any(|(with, without)| with.seen.len() < without.seen.len());
+    let is_any_hidden = with.iter().any(|frame| !frame.sight.hidden.is_empty());
     is_any_hidden.then_some(()).ok_or("nothing was hidden".into())
 }
 
 /// One round.
 fn walk(app: &mut App, mut after: impl FnMut(&mut App, u32)) -> Vec<Frame> {
     let frames = app.world().resource::<Options>().frames;
-    let mut walk = Vec::new();
-    for frame in 0..frames {
+    let walk = (0..frames).map(|frame| {
         let world = app.world_mut();
         let round = world.resource::<Round>();
         let place = round.place(frame as f32 / frames as f32 * round.length());
@@ -100,83 +90,87 @@ fn walk(app: &mut App, mut after: impl FnMut(&mut App, u32)) -> Vec<Frame> {
         after(app, frame);
         let world = app.world_mut();
         let mut buffers = world.query_filtered::<&OcclusionBuffer, With<Walker>>();
-        let stats = buffers.iter(world).map(|buffer| *buffer.stats()).next();
-        let seen = world.resource::<Sight>().seen.clone();
-        walk.push(Frame { seen, stats });
-    }
-    walk
+        Frame {
+            stats: buffers.single(world).map(|buffer| *buffer.stats()).unwrap_or_default(),
+            sight: world.resource::<Sight>().clone(),
+        }
+    });
+    walk.collect()
 }
 
-/// Casts rays from the eye through the whole view; returns how many, and how many of them met what is not seen.
+/// Casts rays from the eye through the whole view.
 fn look_around(
+    InMut(rays): InMut<Rays>,
     walker: Single<(&Camera, &GlobalTransform, &VisibleSet), With<Walker>>,
     scene: SceneQuery,
-) -> (u32, u32) {
+) {
     let (camera, transform, visible) = *walker;
     let Some(size) = camera.logical_viewport_size() else {
-        return (0, 0);
+        return;
     };
-    let pixels = (0..RAYS.y).flat_map(|y| (0..RAYS.x).map(move |x| Vec2::new(x as f32, y as f32)));
-    let rays: Vec<Ray3d> = pixels
-        .filter_map(|pixel| {
-            camera
-                .viewport_to_world(transform, (pixel + 0.5) / RAYS.as_vec2() * size)
-                .ok()
-        })
-        .collect();
-    let hits = rays
-        .iter()
-        .filter_map(|&ray| scene.cast_ray(ray, &SceneQuerySettings::default()));
-    let missed = hits.filter(|hit| !visible.contains(hit.entity)).count();
-    (rays.len() as u32, missed as u32)
+    for place in (0..RAYS.y).flat_map(|y| (0..RAYS.x).map(move |x| UVec2::new(x, y))) {
+        let pixel = (place.as_vec2() + 0.5) / RAYS.as_vec2() * size;
+        if let Ok(ray) = camera.viewport_to_world(transform, pixel) {
+            let hit = scene.cast_ray(ray, &SceneQuerySettings::default());
+            rays.cast += 1;
+            rays.missed += usize::from(hit.is_some_and(|hit| !visible.contains(hit.entity)));
+        }
+    }
 }
 
-fn print_report(app: &mut App, with: &[Frame], without: &[Frame], rays: u32, missed: u32) {
-    let world = app.world_mut();
-    let things = world.resource::<SpatialIndex>().len();
-    let [seen, in_frustum] = [with, without].map(|walk| median(walk.iter().map(|frame| frame.seen.len())));
-    let hidden: Vec<f64> = with
-        .iter()
-        .zip(without)
-        .map(|(with, without)| 1.0 - with.seen.len() as f64 / without.seen.len().max(1) as f64)
-        .collect();
-    let stat = |of: fn(&OcclusionStats) -> usize| median(with.iter().filter_map(|frame| frame.stats.as_ref()).map(of));
+fn draw(app: &mut App, file: PathBuf) -> Result<(), String> {
+    match app.world_mut().run_system_cached_with(picture::draw, file.clone()) {
+        Ok(Ok(())) => println!("picture: {}", file.display()),
+        Ok(Err(error)) => return Err(format!("no picture: {error}")),
+        Err(error) => return Err(format!("no picture: {error}")),
+    }
+    Ok(())
+}
+
+/// What is seen and what is hidden must be in the frustum: all of it is seen without occlusion.
+fn check(with: &[Frame], without: &[Frame]) -> Result<(), String> {
+    for (number, (with, without)) in with.iter().zip(without).enumerate() {
+        let is_beside = |entity: &&Entity| without.sight.seen.binary_search(entity).is_err();
+        let Sight { seen, hidden } = &with.sight;
+        if let Some(entity) = seen.iter().chain(hidden).find(is_beside) {
+            return Err(format!("frame {number}: {entity} is not in the frustum"));
+        }
+    }
+    Ok(())
+}
+
+fn print_report(world: &World, with: &[Frame], without: &[Frame], rays: &Rays) {
+    let [seen, in_frustum] = [with, without].map(|walk| median(walk, |frame| frame.sight.seen.len()));
     let occluders = world.resource::<Occluders>();
-    println!("things                            {things:>10}");
-    println!("things that occlude               {:>10}", occluders.len());
-    println!("things that should and do not     {:>10}", occluders.refused().len());
-    println!("frames of a round                 {:>10}", with.len());
-    println!("in the frustum, median            {in_frustum:>10}");
-    println!("seen, median                      {seen:>10}");
-    println!(
-        "hidden, mean share                {:>9.1}%",
-        100.0 * hidden.iter().sum::<f64>() / hidden.len() as f64
-    );
-    println!(
-        "occluders drawn, median           {:>10}",
-        stat(|stats| stats.occluders)
-    );
-    println!(
-        "triangles drawn, median           {:>10}",
-        stat(|stats| stats.triangles)
-    );
-    println!("boxes tested, median              {:>10}", stat(|stats| stats.tested));
-    println!("hidden as counted, median         {:>10}", stat(|stats| stats.hidden));
     let watch = world.resource::<Stopwatch>();
-    println!(
-        "with occlusion, median ms         {:>10.3}",
-        watch.with_occlusion.median()
-    );
-    println!("without, median ms                {:>10.3}", watch.without.median());
-    println!("rays cast from the eye            {rays:>10}");
-    println!("of them onto what was hidden      {missed:>10}");
+    let lines = [
+        ("things", world.resource::<SpatialIndex>().len()),
+        ("that occlude", occluders.len()),
+        ("that should, and do not", occluders.refused().len()),
+        ("frames of a round", with.len()),
+        ("in the frustum, median", in_frustum),
+        ("seen, median", seen),
+        ("hidden, median", median(with, |frame| frame.sight.hidden.len())),
+        ("occluders drawn, median", median(with, |frame| frame.stats.occluders)),
+        ("triangles drawn, median", median(with, |frame| frame.stats.triangles)),
+        ("boxes tested, median", median(with, |frame| frame.stats.tested)),
+        ("rays cast from the eye", rays.cast),
+        ("onto what was hidden", rays.missed),
+    ];
+    for (name, value) in lines {
+        println!("{name:<28}{value:>10}");
+    }
+    let times = [("with occlusion", &watch.with_occlusion), ("without", &watch.without)];
+    for (name, times) in times {
+        println!("{:<28}{:>10.3}", format!("{name}, median ms"), times.median());
+    }
     if cfg!(debug_assertions) {
         println!("the times mean little without --release");
     }
 }
 
-fn median(values: impl Iterator<Item = usize>) -> usize {
-    let mut values: Vec<usize> = values.collect();
+fn median(walk: &[Frame], of: impl Fn(&Frame) -> usize) -> usize {
+    let mut values: Vec<usize> = walk.iter().map(of).collect();
     values.sort_unstable();
     values.get(values.len() / 2).copied().unwrap_or_default()
 }

@@ -7,7 +7,7 @@ use crate::sight::{Look, Sight};
 /// What is left of a colour outside of the view.
 const DIMMED: f32 = 0.06;
 /// The colour of ghosts.
-const GHOST: LinearRgba = LinearRgba::new(0.03, 0.17, 0.85, 0.45);
+const GHOST: LinearRgba = LinearRgba::new(0.04, 0.22, 1.0, 0.5);
 
 /// The three looks of a thing.
 #[derive(Component, Clone)]

@@ -2,7 +2,7 @@
 
 use bevy::{
     camera::{
-        primitives::Frustum,
+        primitives::{Aabb, Frustum},
         visibility::{RenderLayers, VisibilitySystems},
     },
     mesh::mark_3d_meshes_as_changed_if_their_assets_changed,
@@ -13,7 +13,7 @@ use bevy_sightline::prelude::*;
 use crate::walk::Walker;
 
 /// What the walker sees and what it does not, of all that has a mesh, as of this frame.
-#[derive(Resource, Default)]
+#[derive(Resource, Clone, Default)]
 pub struct Sight {
     /// In ascending order.
     pub seen: Vec<Entity>,
@@ -36,10 +36,11 @@ pub fn plugin(app: &mut App) {
         .add_systems(PostUpdate, look.in_set(Look));
 }
 
+/// Finds what the walker sees, and asks the index what else there is in its frustum.
 pub fn look(
     walker: Single<(&VisibleSet, &Frustum, Option<&RenderLayers>), With<Walker>>,
     scene: SceneQuery,
-    meshes: Query<(), With<Mesh3d>>,
+    meshes: Query<(&Aabb, &GlobalTransform), With<Mesh3d>>,
     mut sight: ResMut<Sight>,
     mut in_frustum: Local<Vec<Entity>>,
 ) {
@@ -53,9 +54,14 @@ pub fn look(
     seen.clear();
     seen.extend(visible.entities().iter().filter(|&&entity| meshes.contains(entity)));
     hidden.clear();
+    // The index has world boxes: Bevy culls by those that turn with their entities.
+    let is_in_frustum = |entity| {
+        let found = meshes.get(entity);
+        found.is_ok_and(|(aabb, place)| frustum.intersects_obb(aabb, &place.affine(), true, false))
+    };
     hidden.extend(
         in_frustum
             .iter()
-            .filter(|&&entity| meshes.contains(entity) && !visible.contains(entity)),
+            .filter(|&&entity| !visible.contains(entity) && is_in_frustum(entity)),
     );
 }

@@ -10,6 +10,9 @@ use crate::walk::Walker;
 /// The frames of which the median is told.
 const FRAMES: usize = 120;
 
+/// Frames that are not counted after a switch: nearly everything comes into view or goes, and is repainted.
+const UNTOLD: u32 = 3;
+
 /// Times of the last frames.
 #[derive(Resource, Default)]
 pub struct Stopwatch {
@@ -75,14 +78,27 @@ fn begin(mut watch: ResMut<Stopwatch>) {
     watch.started = Some(Instant::now());
 }
 
-fn end(mut watch: ResMut<Stopwatch>, occlusion: Query<(), (With<Walker>, With<SoftwareOcclusion>)>) {
+fn end(
+    mut watch: ResMut<Stopwatch>,
+    occlusion: Query<(), (With<Walker>, With<SoftwareOcclusion>)>,
+    mut was_on: Local<bool>,
+    mut since_switch: Local<u32>,
+) {
     let Some(started) = watch.started else {
         return;
     };
     let ms = started.elapsed().as_secs_f32() * 1e3;
-    if occlusion.is_empty() {
-        watch.without.add(ms);
-    } else {
+    let is_on = !occlusion.is_empty();
+    *since_switch += 1;
+    if std::mem::replace(&mut *was_on, is_on) != is_on {
+        *since_switch = 0;
+    }
+    if *since_switch < UNTOLD {
+        return;
+    }
+    if is_on {
         watch.with_occlusion.add(ms);
+    } else {
+        watch.without.add(ms);
     }
 }

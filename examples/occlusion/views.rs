@@ -32,8 +32,11 @@ const MARGIN: f32 = 14.0;
 /// The ground from above.
 const SHADE: Srgba = Srgba::rgb(0.060, 0.072, 0.100);
 const FRUSTUM: Srgba = Srgba::rgb(1.0, 0.85, 0.25);
-/// How far the frustum is drawn, in metres.
-const REACH: f32 = 240.0;
+/// How far the frustum is drawn, and how far on the ground, in metres.
+const NEAR_REACH: f32 = 110.0;
+const FAR_REACH: f32 = 400.0;
+/// The height of lines on the ground.
+const GROUND: f32 = 0.3;
 
 /// Looks from above.
 #[derive(Component)]
@@ -68,8 +71,8 @@ pub fn plugin(app: &mut App) {
 /// Where one looks at a walker from: behind and above, with the way ahead in the middle.
 pub fn above(walker: &Transform) -> Transform {
     let forward = walker.forward().with_y(0.0).normalize_or(Vec3::NEG_Z);
-    let eye = walker.translation - 165.0 * forward + 290.0 * Vec3::Y;
-    Transform::from_translation(eye).looking_at(walker.translation + 105.0 * forward, Vec3::Y)
+    let eye = walker.translation - 150.0 * forward + 310.0 * Vec3::Y;
+    Transform::from_translation(eye).looking_at(walker.translation + 100.0 * forward, Vec3::Y)
 }
 
 fn set_up(
@@ -212,25 +215,28 @@ fn follow_walker(
     **overview = above(*walker);
 }
 
-/// What is above the ground of the walker's frustum, as far as it is drawn.
-pub fn frustum_lines(camera: &Camera, transform: &GlobalTransform) -> [[Vec3; 2]; 8] {
+/// The beginning of the walker's frustum, and on the ground how it goes on.
+pub fn frustum_lines(camera: &Camera, transform: &GlobalTransform) -> [[Vec3; 2]; 9] {
     let eye = transform.translation();
-    let [left, right] = [-1.0, 1.0].map(|x| {
-        let near = camera.ndc_to_world(transform, Vec3::new(x, 1.0, 1.0));
+    let corner = |x, y, reach: f32| {
+        let near = camera.ndc_to_world(transform, Vec3::new(x, y, 1.0));
         let along = near.map_or(Vec3::ZERO, |near| near - eye);
         let forward = transform.forward().dot(along).max(f32::MIN_POSITIVE);
-        eye + along * (REACH / forward)
-    });
-    let [foot, under_left, under_right] = [eye, left, right].map(|point| point.with_y(0.3));
+        eye + along * (reach / forward)
+    };
+    let [left, right] = [-1.0, 1.0].map(|x| corner(x, 1.0, NEAR_REACH));
+    let [far_left, far_right] = [-1.0, 1.0].map(|x| corner(x, 0.0, FAR_REACH).with_y(GROUND));
+    let [foot, under_left, under_right] = [eye, left, right].map(|point| point.with_y(GROUND));
     [
+        [foot, far_left],
+        [foot, far_right],
+        [far_left, far_right],
         [eye, left],
         [eye, right],
         [left, right],
-        [foot, under_left],
-        [foot, under_right],
-        [under_left, under_right],
         [left, under_left],
         [right, under_right],
+        [under_left, under_right],
     ]
 }
 

@@ -15,14 +15,14 @@ const TURN: f32 = 9.0;
 
 /// The corners of the round, in parts of the side of the city: each is in one street with the next.
 const CORNERS: [Vec2; 8] = [
-    Vec2::new(0.25, 0.25),
-    Vec2::new(0.25, 0.62),
-    Vec2::new(0.44, 0.62),
-    Vec2::new(0.44, 0.81),
     Vec2::new(0.75, 0.81),
     Vec2::new(0.75, 0.44),
     Vec2::new(0.56, 0.44),
     Vec2::new(0.56, 0.25),
+    Vec2::new(0.25, 0.25),
+    Vec2::new(0.25, 0.62),
+    Vec2::new(0.44, 0.62),
+    Vec2::new(0.44, 0.81),
 ];
 
 /// Sees what is not hidden.
