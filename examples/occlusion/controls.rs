@@ -14,7 +14,7 @@ use crate::{
 /// In metres a second.
 const SPEED: f32 = 6.0;
 /// Where the walk begins, in metres after the first corner.
-const START: f32 = 147.0;
+const START: f32 = 144.0;
 /// The longest step, in seconds, so that slow frames do not jump.
 const LONGEST_STEP: f32 = 0.2;
 

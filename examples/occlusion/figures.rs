@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bevy::{prelude::*, time::common_conditions::on_timer};
-use bevy_sightline::{index::MeshBvhs, prelude::*};
+use bevy_sightline::{index::MeshBvhs, mesh::TriangleMesh, prelude::*};
 
 use crate::{controls::Settings, panel::panel, sight::Sight, stopwatch::Stopwatch, walk::Walker};
 
@@ -23,7 +23,7 @@ pub fn plugin(app: &mut App) {
 
 /// How many triangles some entities have, in millions.
 pub fn millions(entities: &[Entity], meshes: &Query<&Mesh3d>, bvhs: &MeshBvhs) -> f64 {
-    let triangles = |mesh: &Mesh3d| bvhs.triangles(mesh.id()).map_or(0, |triangles| triangles.len());
+    let triangles = |mesh: &Mesh3d| bvhs.triangles(mesh.id()).map_or(0, TriangleMesh::len);
     let all: usize = meshes.iter_many(entities).map(triangles).sum();
     all as f64 / 1e6
 }

@@ -45,7 +45,7 @@ impl fmt::Display for Times {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let median = self.median();
         if median.is_nan() {
-            write!(f, "... (not yet tried)")
+            write!(f, "... ms (press O)")
         } else {
             write!(f, "{median:.2} ms")
         }
