@@ -68,6 +68,9 @@ fn walk_and_compare(app: &mut App) -> Result<(), String> {
 
     check(&with, &without)?;
     print_report(app.world(), &with, &without, &rays);
+    if rays.cast == 0 {
+        return Err("no ray was cast".into());
+    }
     if rays.missed > 0 {
         return Err(format!("{} rays met what was hidden", rays.missed));
     }
