@@ -72,8 +72,8 @@ pub mod prelude {
             SpatialIndexSystems, SweepHit,
         },
         occlusion::{
-            NoOcclusionCulling, Occluder, OccluderSettings, Occluders, OcclusionBudget, OcclusionBuffer,
-            OcclusionPlugin, OcclusionSystems, SoftwareOcclusion,
+            NoOcclusionCulling, Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionBudget,
+            OcclusionBuffer, OcclusionPlugin, OcclusionStats, OcclusionSystems, SoftwareOcclusion,
         },
         raster::RasterMode,
         selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},

@@ -68,13 +68,27 @@ pub(super) fn find_visible(
         turnover,
         ..
     } = &mut *culling;
+    // What was found and never written.
+    for Looking { camera, view, .. } in looking.drain(..) {
+        views.insert(ViewKey::Camera(camera), view);
+    }
     for (camera, _, frustum, layers, settings, sees_everywhere, occlusion) in &cameras {
         if settings.is_active {
             let viewpoint = occlusion.and_then(|(occlusion, place, projection)| {
-                let clip_from_view = projection.map_or_else(|| settings.clip_from_view(), |projection| projection.get_clip_from_view());
-                let viewpoint = Viewpoint::new(*occlusion, clip_from_view, place.to_matrix());
-                if viewpoint.is_none() && warned.insert(camera) {
-                    warn!("the camera {camera} hides nothing: its projection is not Bevy's, with reversed depth, or its place is NaN or infinite");
+                let clip_from_view = match (projection, &settings.sub_camera_view) {
+                    (Some(projection), Some(part)) => projection.get_clip_from_view_for_sub(part),
+                    (Some(projection), None) => projection.get_clip_from_view(),
+                    (None, _) => settings.clip_from_view(),
+                };
+                let viewpoint =
+                    Viewpoint::new(*occlusion, clip_from_view, place.to_matrix(), settings.invert_culling);
+                if viewpoint.is_some() {
+                    warned.remove(&camera);
+                } else if warned.insert(camera) {
+                    warn!(
+                        "to the camera {camera} nothing is hidden: depth is not reversed, its near plane is very oblique, \
+                         or its place is NaN or infinite"
+                    );
                 }
                 viewpoint
             });
@@ -116,7 +130,16 @@ pub(super) fn find_visible(
 
     for looking in &mut *looking {
         if let Ok(mut buffer) = occlusion_buffers.get_mut(looking.camera) {
-            std::mem::swap(&mut looking.view.occlusion, &mut *buffer);
+            let mut occlusion = std::mem::take(&mut looking.view.occlusion);
+            if looking.request.viewpoint.is_some() {
+                let is_new = occlusion.take_new();
+                *buffer.bypass_change_detection() = occlusion;
+                if is_new {
+                    buffer.set_changed();
+                }
+            } else if occlusion.is_drawn() {
+                buffer.set_changed();
+            }
         }
         turnover.count(&mut looking.view, Record::FOR_CAMERAS, candidates);
     }

@@ -17,14 +17,17 @@ use bevy::{
         system::Query,
     },
     light::{DirectionalLight, NotShadowCaster},
-    mesh::Mesh3d,
+    mesh::{Mesh3d, morph::MeshMorphWeights, skinning::SkinnedMesh},
     platform::collections::HashMap,
     transform::components::GlobalTransform,
 };
 use smallvec::SmallVec;
 
 use super::bits::Bits;
-use crate::{index::SpatialIndex, occlusion::NoOcclusionCulling};
+use crate::{
+    index::{HitSurface, PickShape, SimplifiedMesh, SpatialIndex},
+    occlusion::NoOcclusionCulling,
+};
 
 /// Everything that views may see, by its index in the world.
 #[derive(Debug, Default)]
@@ -142,6 +145,11 @@ pub(super) struct Seen {
     is_ranged: Has<VisibilityRange>,
     is_never_culled: Has<NoFrustumCulling>,
     is_never_hidden: Has<NoOcclusionCulling>,
+    has_skin: Has<SkinnedMesh>,
+    has_morph_weights: Has<MeshMorphWeights>,
+    has_pick_shape: Has<PickShape>,
+    has_simplified_mesh: Has<SimplifiedMesh>,
+    has_hit_surface: Has<HitSurface>,
     casts_no_shadow: Has<NotShadowCaster>,
     is_directional_light: Has<DirectionalLight>,
 }
@@ -207,13 +215,17 @@ impl Candidates {
             (Some(_), None) => Test::OneByOne,
             (None, _) => Test::None,
         };
-        let test_of_camera = if has_sphere || seen.is_never_hidden && test != Test::None {
+        // The index knows where these are hit, and not where their meshes are drawn.
+        let is_elsewhere = (seen.has_skin || seen.has_morph_weights)
+            && (seen.has_pick_shape || seen.has_simplified_mesh || seen.has_hit_surface);
+        let is_never_hidden = seen.is_never_hidden || is_elsewhere;
+        let test_of_camera = if has_sphere || is_never_hidden && test != Test::None {
             Test::OneByOne
         } else {
             test
         };
         self.for_cameras.put(number, for_cameras.then_some(test_of_camera));
-        self.for_cameras.never_hidden.set(number, seen.is_never_hidden);
+        self.for_cameras.never_hidden.set(number, is_never_hidden);
         self.for_lights.put(number, casts_shadow.then_some(test));
 
         let facts = [

@@ -237,6 +237,7 @@ impl ViewCulling {
     fn forget(&mut self) {
         self.candidates = Candidates::default();
         self.views.clear();
+        self.looking.clear();
         self.marks.forget();
     }
 }

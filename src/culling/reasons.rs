@@ -6,7 +6,7 @@ use bevy::{
         primitives::{Aabb, Frustum, Sphere},
         visibility::{
             InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, ViewVisibility, VisibilityRange,
-            VisibleEntityRanges,
+            VisibleEntities, VisibleEntityRanges,
         },
     },
     ecs::{
@@ -20,10 +20,13 @@ use bevy::{
 };
 
 use super::{
-    VisibleSet,
+    ViewCullingSettings, VisibleSet,
     shape::{ViewKind, ViewShape},
 };
-use crate::occlusion::SoftwareOcclusion;
+use crate::{
+    index::SpatialIndex,
+    occlusion::{NoOcclusionCulling, OcclusionBuffer},
+};
 
 /// Why a camera sees an entity, or does not. Of several reasons not to, the first in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
@@ -70,8 +73,9 @@ pub struct VisibilityReasons<'w, 's> {
             &'static Camera,
             &'static Frustum,
             &'static VisibleSet,
+            &'static VisibleEntities,
             Option<&'static RenderLayers>,
-            Has<SoftwareOcclusion>,
+            Option<&'static OcclusionBuffer>,
         ),
     >,
     entities: Query<
@@ -85,20 +89,44 @@ pub struct VisibilityReasons<'w, 's> {
             Option<&'static Aabb>,
             Option<&'static Sphere>,
             Has<NoFrustumCulling>,
+            Has<NoOcclusionCulling>,
             Has<NoCpuCulling>,
             Has<VisibilityRange>,
         ),
     >,
     ranges: Option<Res<'w, VisibleEntityRanges>>,
+    index: Res<'w, SpatialIndex>,
+    settings: Res<'w, ViewCullingSettings>,
 }
 
 impl VisibilityReasons<'_, '_> {
     /// Why a camera sees an entity, or does not, as of the last `PostUpdate`; `None` if one of them does not exist, or the
     /// camera has no [`VisibleSet`].
     pub fn of(&self, entity: Entity, camera: Entity) -> Option<VisibilityReason> {
-        let (settings, frustum, seen, camera_layers, hides) = self.cameras.get(camera).ok()?;
-        let (place, inherited, has_mark, layers, aabb, sphere, is_never_culled, is_left_to_gpu, is_ranged) =
-            self.entities.get(entity).ok()?;
+        let (settings, frustum, seen, lists, camera_layers, occlusion) = self.cameras.get(camera).ok()?;
+        let (
+            place,
+            inherited,
+            has_mark,
+            layers,
+            aabb,
+            sphere,
+            is_never_culled,
+            is_never_hidden,
+            is_left_to_gpu,
+            is_ranged,
+        ) = self.entities.get(entity).ok()?;
+        let is_seen = if self.settings.enabled {
+            seen.contains(entity)
+        } else {
+            lists.entities.values().any(|list| list.contains(&entity))
+        };
+        let is_occluded = || {
+            let may_be = self.settings.enabled && !is_never_culled && !is_never_hidden;
+            let hides =
+                |occlusion: &OcclusionBuffer| self.index.aabb(entity).is_some_and(|aabb| occlusion.hides(&aabb));
+            may_be && occlusion.is_some_and(hides)
+        };
         let is_out_of_range = || {
             let ranges = self.ranges.as_deref();
             is_ranged && ranges.is_some_and(|ranges| !ranges.entity_is_in_range_of_view(entity, camera))
@@ -117,7 +145,7 @@ impl VisibilityReasons<'_, '_> {
             VisibilityReason::InactiveCamera
         } else if is_left_to_gpu {
             VisibilityReason::LeftToGpu
-        } else if seen.contains(entity) {
+        } else if is_seen {
             VisibilityReason::Visible
         } else if place.is_none() || inherited.is_none() || !has_mark {
             VisibilityReason::NotVisual
@@ -129,7 +157,7 @@ impl VisibilityReasons<'_, '_> {
             VisibilityReason::OutOfRange
         } else if is_outside() {
             VisibilityReason::OutsideFrustum
-        } else if hides {
+        } else if is_occluded() {
             VisibilityReason::Occluded
         } else {
             VisibilityReason::NotYet

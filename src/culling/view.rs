@@ -189,11 +189,15 @@ impl Request {
     fn look_around(&self, sights: Sights, view: &mut View) {
         let View { found, occlusion, .. } = view;
         if let Some((viewpoint, occluders)) = self.viewpoint.as_ref().zip(sights.occluders) {
+            // Whoever took the buffer away has spoilt what was found.
+            if !occlusion.is_drawn() {
+                found.question = None;
+            }
             if self.ask_anew(sights, 1, found) {
                 self.find_unhidden(sights, viewpoint, occluders, occlusion, &mut found.in_tree[0]);
             }
             self.test_one_by_one(sights, &mut found.one_by_one);
-            self.leave_out_hidden(sights, viewpoint, occlusion, &mut found.one_by_one);
+            self.leave_out_hidden(sights, occlusion, &mut found.one_by_one);
             return;
         }
         let open = self.begin(sights, 1, found);
@@ -238,7 +242,7 @@ impl Request {
     }
 
     /// Takes back what is hidden of what was tested one by one, but for what is never left out.
-    fn leave_out_hidden(&self, sights: Sights, viewpoint: &Viewpoint, occlusion: &OcclusionBuffer, found: &mut Bits) {
+    fn leave_out_hidden(&self, sights: Sights, occlusion: &OcclusionBuffer, found: &mut Bits) {
         if self.sees_everywhere || !sights.index_is_current {
             return;
         }
@@ -249,7 +253,7 @@ impl Request {
             .filter(|&number| !pool.never_hidden.contains(number))
         {
             let aabb = sights.index.aabb(sights.candidates.record(number).entity);
-            if found.contains(number) && aabb.is_some_and(|aabb| occlusion.hides(&aabb, viewpoint)) {
+            if found.contains(number) && aabb.is_some_and(|aabb| occlusion.hides(&aabb)) {
                 found.remove(number);
             }
         }
@@ -274,6 +278,11 @@ impl Request {
     /// to be asked.
     fn ask_anew(&self, sights: Sights, parts: usize, found: &mut Found) -> bool {
         found.one_by_one.clear();
+        if self.sees_everywhere || !sights.index_is_current {
+            found.in_tree.iter_mut().for_each(Bits::clear);
+            found.question = None;
+            return false;
+        }
         let hidden_from =
             (self.viewpoint.zip(sights.occluders)).map(|(viewpoint, occluders)| (viewpoint, occluders.version()));
         let known = found.question.as_ref().filter(|_| !sights.has_changed);
@@ -289,10 +298,6 @@ impl Request {
             return false;
         }
         found.in_tree.iter_mut().for_each(Bits::clear);
-        found.question = None;
-        if self.sees_everywhere || !sights.index_is_current {
-            return false;
-        }
         found.question = Some(Question {
             shape: self.shape.clone(),
             layers: self.layers.clone(),

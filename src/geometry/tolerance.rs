@@ -146,8 +146,16 @@ pub const RASTER_PLANE: f64 = 1.0 / (1u64 << 28) as f64;
 /// four products and three sums, and the corner itself, γ₆, doubled.
 pub const RASTER_BOX: f32 = 8.0 * f32::EPSILON;
 
-/// The same for a corner in double precision: what is drawn strictly must be surer of its place than [`RASTER_PIXELS`].
-pub const RASTER_CORNER: f64 = 8.0 * f64::EPSILON;
+/// The same for a corner in double precision, sixteenfold: what is drawn strictly must be surer of its place than a
+/// sixteenth of [`RASTER_PIXELS`].
+pub const RASTER_CORNER: f64 = 128.0 * f64::EPSILON;
+
+/// How far beside the screen something must be to be left out unseen, as a fraction of the half of the screen: far more than
+/// rounding, and no pixel.
+pub const RASTER_BESIDE: f64 = 1.0 / 1024.0;
+
+/// How much of a pixel an edge must go down to bound what is beside it: less is level.
+pub const RASTER_LEVEL: f64 = 1.0 / (1u64 << 31) as f64;
 
 /// How far apart the two sides of a seam of a solid mesh may be, as a fraction of the largest coordinate.
 ///

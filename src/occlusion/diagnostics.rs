@@ -20,7 +20,7 @@ impl OcclusionDiagnosticsPlugin {
     pub const TRIANGLES: DiagnosticPath = DiagnosticPath::const_new("sightline/occlusion/triangles");
     /// The boxes that were tested.
     pub const TESTED: DiagnosticPath = DiagnosticPath::const_new("sightline/occlusion/tested");
-    /// The entities that were left out.
+    /// The entities that were passed over.
     pub const HIDDEN: DiagnosticPath = DiagnosticPath::const_new("sightline/occlusion/hidden");
 }
 

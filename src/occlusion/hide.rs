@@ -1,7 +1,7 @@
 //! Drawing and testing, node by node from the nearest to the farthest.
 
 use bevy::math::{
-    DMat4, Mat4, Vec3, Vec3A, Vec4,
+    DMat4, Mat4, Vec3A, Vec4,
     bounding::{Aabb3d, BoundingVolume, IntersectsVolume},
 };
 
@@ -22,6 +22,8 @@ use crate::{
 pub(crate) struct Viewpoint {
     settings: SoftwareOcclusion,
     clip_from_world: Mat4,
+    /// Whether the renderer shows the faces that others do not.
+    inverts_culling: bool,
     /// Around the eye and its near plane.
     lens: Aabb3d,
 }
@@ -43,8 +45,14 @@ pub(super) struct Work {
 }
 
 impl Viewpoint {
-    /// None if depth is not as Bevy has it, larger for what is nearer, or something is NaN or infinite.
-    pub fn new(settings: SoftwareOcclusion, clip_from_view: Mat4, world_from_view: Mat4) -> Option<Self> {
+    /// None if depth is not as Bevy has it, larger for what is nearer, if the near plane is so oblique that it is not before
+    /// all of the screen, or if something is NaN or infinite.
+    pub fn new(
+        settings: SoftwareOcclusion,
+        clip_from_view: Mat4,
+        world_from_view: Mat4,
+        inverts_culling: bool,
+    ) -> Option<Self> {
         let clip = |distance: f32| clip_from_view * Vec4::new(0.0, 0.0, -distance, 1.0);
         let [near, far] = [clip(1.0), clip(2.0)];
         let is_reversed = near.w > 0.0 && far.w > 0.0 && near.z / near.w > far.z / far.w;
@@ -54,8 +62,11 @@ impl Viewpoint {
         }
         let view_from_clip = clip_from_view.inverse();
         let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
-        let corners =
-            corners.map(|(x, y)| world_from_view.project_point3(view_from_clip.project_point3(Vec3::new(x, y, 1.0))));
+        let corners = corners.map(|(x, y)| view_from_clip * Vec4::new(x, y, 1.0, 1.0));
+        if !corners.iter().all(|corner| corner.w > 0.0) {
+            return None;
+        }
+        let corners = corners.map(|corner| world_from_view.transform_point3(corner.truncate() / corner.w));
         let eye = world_from_view.w_axis.truncate();
         let (mut min, mut max) = (eye, eye);
         for corner in corners {
@@ -69,13 +80,16 @@ impl Viewpoint {
         lens.min.is_finite().then(|| Self {
             settings,
             clip_from_world,
+            inverts_culling,
             lens: lens.grow(Vec3A::splat(rounding)),
         })
     }
 
     /// Whether the same is hidden, if nothing changes that hides or is hidden.
     pub fn is_same(&self, other: &Self) -> bool {
-        self.settings == other.settings && self.clip_from_world == other.clip_from_world
+        self.settings == other.settings
+            && self.clip_from_world == other.clip_from_world
+            && self.inverts_culling == other.inverts_culling
     }
 }
 
@@ -94,6 +108,8 @@ impl OcclusionBuffer {
             budget,
         } = viewpoint.settings;
         self.depth.begin(resolution, mode);
+        self.viewpoint = Some(*viewpoint);
+        self.is_new = true;
         self.work.seen.clear();
         let mut hide = Hide {
             depth: &mut self.depth,
@@ -101,6 +117,7 @@ impl OcclusionBuffer {
             stats: OcclusionStats::default(),
             clip_from_world: viewpoint.clip_from_world,
             exact_clip_from_world: viewpoint.clip_from_world.as_dmat4(),
+            inverts_culling: viewpoint.inverts_culling,
             lens: viewpoint.lens,
             occluders: around.occluders,
             may_occlude,
@@ -114,19 +131,32 @@ impl OcclusionBuffer {
 
     /// What was seen when its turn came, and is hidden by what was drawn since.
     pub(crate) fn hidden_since(&mut self) -> impl Iterator<Item = Key> + '_ {
-        let Self { depth, stats, work } = self;
+        let Self { depth, stats, work, .. } = self;
         stats.tested += work.seen.len();
         work.seen.iter().filter_map(|(key, place)| {
-            let is_hidden = depth.meets(place) && !depth.is_rect_visible(place);
+            let is_hidden = depth.hides_rect(place);
             stats.hidden += usize::from(is_hidden);
             is_hidden.then_some(*key)
         })
     }
 
     /// Whether a box is behind what was drawn.
-    pub(crate) fn hides(&self, aabb: &Aabb3d, viewpoint: &Viewpoint) -> bool {
-        let place = self.depth.rect_of(aabb, &viewpoint.clip_from_world);
-        self.depth.meets(&place) && !self.depth.is_rect_visible(&place)
+    pub(crate) fn hides(&self, aabb: &Aabb3d) -> bool {
+        let is_hidden_from = |viewpoint: &Viewpoint| {
+            let place = self.depth.rect_of(aabb, &viewpoint.clip_from_world);
+            self.depth.hides_rect(&place)
+        };
+        self.viewpoint.as_ref().is_some_and(is_hidden_from)
+    }
+
+    /// Whether something has been drawn, in this frame or an earlier one.
+    pub(crate) fn is_drawn(&self) -> bool {
+        self.viewpoint.is_some()
+    }
+
+    /// Whether it was drawn since this was last asked.
+    pub(crate) fn take_new(&mut self) -> bool {
+        std::mem::take(&mut self.is_new)
     }
 }
 
@@ -137,6 +167,7 @@ struct Hide<'a, F, V> {
     stats: OcclusionStats,
     clip_from_world: Mat4,
     exact_clip_from_world: DMat4,
+    inverts_culling: bool,
     lens: Aabb3d,
     occluders: &'a Occluders,
     may_occlude: F,
@@ -184,35 +215,44 @@ impl<F: Fn(Key) -> bool, V> Hide<'_, F, V> {
     /// Draws an entity if it occludes and is worth it.
     ///
     /// What lies within what is drawn hides as that does, but for two cases: from within, or where the near plane cuts
-    /// its surface away, one sees through; and a mirror turns the surface inside out, so that one sees into it.
+    /// its surface away, one sees through; and what is seen turned inside out shows its inside.
     #[inline]
     fn draw(&mut self, key: Key, aabb: &Aabb3d, place: &ScreenRect) {
-        if self.stats.occluders >= self.budget.occluders || self.depth.share_of(place) < self.budget.least_area {
+        if self.depth.share_of(place) < self.budget.least_area {
             return;
         }
         let Some((shape, world_from_local)) = self.occluders.get(key.entity) else {
             return;
         };
-        if self.lens.intersects(aabb) || world_from_local.matrix3.determinant() < 0.0 {
+        let clip_from_local = self.exact_clip_from_world * Mat4::from(*world_from_local).as_dmat4();
+        let is_mirrored = clip_from_local.determinant() < 0.0;
+        if is_mirrored != self.inverts_culling || self.lens.intersects(aabb) || !(self.may_occlude)(key) {
             return;
         }
         let triangles = match shape {
             OccluderShape::Boxes(boxes) => 12 * boxes.len(),
             OccluderShape::Mesh(mesh) => mesh.len(),
         };
-        if self.stats.triangles + triangles > self.budget.triangles || !(self.may_occlude)(key) {
+        if self.stats.occluders >= self.budget.occluders || self.stats.triangles + triangles > self.budget.triangles {
+            self.stats.over_budget += 1;
             return;
         }
         self.stats.occluders += 1;
         self.stats.triangles += triangles;
-        let clip_from_local = self.exact_clip_from_world * Mat4::from(*world_from_local).as_dmat4();
         match shape {
             OccluderShape::Boxes(boxes) => {
                 for aabb in &**boxes {
                     self.depth.draw_box(aabb, &clip_from_local);
                 }
             }
-            OccluderShape::Mesh(mesh) => self.depth.draw_mesh(mesh, &clip_from_local, Faces::Front),
+            OccluderShape::Mesh(mesh) => {
+                let faces = if self.inverts_culling {
+                    Faces::Back
+                } else {
+                    Faces::Front
+                };
+                self.depth.draw_mesh(mesh, &clip_from_local, faces);
+            }
         }
     }
 }

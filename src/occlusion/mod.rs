@@ -7,14 +7,17 @@
 //! | | shape | of what it is made | what is needed |
 //! |---|---|---|---|
 //! | [`Auto`](Occluder::Auto) | [boxes inside of the mesh](crate::mesh::InnerBoxes) | its `Mesh3d` | a closed mesh |
-//! | [`Box`](Occluder::Box) | its box | its `Aabb` | that it fills its box |
+//! | [`Box`](Occluder::Box) | its box | its `Aabb`, also without a mesh | that it fills its box |
 //! | [`Mesh`](Occluder::Mesh) | triangles | its `Mesh3d` | few triangles |
 //! | [`Proxy`](Occluder::Proxy) | triangles | any mesh | that this lies within what is drawn |
 //!
 //! It occludes while it is shown (`InheritedVisibility`), has a `GlobalTransform` that is finite, and no
 //! `VisibilityRange` in whose margins it is half there. `Auto` and `Mesh` follow the mesh asset; a mesh that is skinned
 //! or morphed is not where its vertices are, and does not occlude by them. Nothing is known of materials: what is drawn
-//! in part, blended, or by a shader that moves it must not have an `Occluder`.
+//! in part, blended, or by a shader that moves it must not have an `Occluder`. Nor is it known what the renderer cannot draw
+//! yet: a mesh whose pipeline is being compiled, or an `Aabb` whose mesh is not loaded any more, hides already.
+//!
+//! An `Occluder` belongs on each entity with a mesh. On the root of a scene it does nothing.
 //!
 //! Where every mesh is opaque and stays where its box is, all may occlude:
 //!
@@ -49,7 +52,12 @@
 //!
 //! For one camera: what it does not draw itself, what has a `VisibilityRange`, what is smaller than the
 //! [budget](OcclusionBudget) wants it. Also what the eye is in, or the near plane cuts: one sees through the inside. And
-//! what is mirrored, for a renderer shows the inside of that.
+//! what is mirrored, or seen by a camera with `invert_culling`, but not both: a renderer shows the inside of that. Cameras
+//! whose depth is not reversed, or whose near plane is so oblique that it does not cross every line of sight, have nothing
+//! hidden from them, with one warning.
+//!
+//! What is skinned or morphed, and hit by rays as something else than its mesh (`PickShape`, `SimplifiedMesh`, `HitSurface`),
+//! is never left out either: the index knows the other thing.
 
 mod camera;
 mod diagnostics;

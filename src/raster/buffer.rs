@@ -35,7 +35,7 @@ pub enum Faces {
 
 /// A depth buffer to draw what hides into, and to ask what is hidden: see [`raster`](super).
 ///
-/// The default has no pixels, and nothing is seen in it.
+/// The default has no pixels: it hides nothing, and nothing is seen in it.
 #[derive(Clone, Debug, Default)]
 pub struct MaskedDepthBuffer {
     pub(super) size: UVec2,

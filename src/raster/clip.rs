@@ -3,7 +3,10 @@
 use bevy::math::{DVec2, DVec3, DVec4, UVec2};
 use smallvec::SmallVec;
 
-use super::fill::{Line, Region};
+use super::{
+    fill::{Line, Region},
+    tile::{TILE_HEIGHT, TILE_WIDTH},
+};
 use crate::geometry::tolerance;
 
 /// A corner in clip space, with whether the edge from it to the next one lies within what is drawn, and not on its
@@ -17,7 +20,8 @@ pub(super) struct Corner {
 /// What is left of a polygon.
 pub(super) type Corners = SmallVec<[Corner; 6]>;
 
-/// Cuts away what is nearer than the near plane, or behind the eye. The cut is on the outline.
+/// Cuts away what is nearer than the near plane; with Bevy's projections what is left is before the eye. The cut is on the
+/// outline.
 pub(super) fn clip_near(corners: &[Corner]) -> Corners {
     let beyond = |corner: &Corner| corner.clip.w - corner.clip.z;
     let mut left = Corners::new();
@@ -40,7 +44,7 @@ pub(super) fn clip_near(corners: &[Corner]) -> Corners {
             });
         }
     }
-    if left.len() < 3 || left.iter().any(|corner| corner.clip.w <= 0.0) {
+    if left.len() < 3 {
         left.clear();
     }
     left
@@ -48,7 +52,7 @@ pub(super) fn clip_near(corners: &[Corner]) -> Corners {
 
 /// Whether all of a polygon that is not behind the eye is beyond one side of the view, by more than rounding.
 pub(super) fn is_outside(corners: impl Iterator<Item = DVec4> + Clone) -> bool {
-    const SURELY: f64 = 1.0 + 1.0 / 1024.0;
+    const SURELY: f64 = 1.0 + tolerance::RASTER_BESIDE;
     let all = |beyond: fn(DVec4) -> bool| corners.clone().all(beyond);
     all(|clip| clip.x < -SURELY * clip.w)
         || all(|clip| clip.x > SURELY * clip.w)
@@ -94,10 +98,13 @@ impl PolygonRegion {
     }
 
     /// The pixels of a convex polygon whose corners run counter-clockwise as seen, or of a line from one corner to
-    /// another; `None` if there are none on the screen.
+    /// another; `None` if there are none on the screen, or a corner is NaN or infinite.
     pub fn new(corners: &[DVec2], coverage: Coverage, size: UVec2) -> Option<Self> {
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for corner in corners {
+            if !corner.is_finite() {
+                return None;
+            }
             (min, max) = (min.min(*corner), max.max(*corner));
         }
         let slop = f64::from(tolerance::RASTER_PIXELS);
@@ -107,7 +114,6 @@ impl PolygonRegion {
             Coverage::Touched => ((min - slop).floor(), (max + slop).ceil()),
         };
         let size = size.as_dvec2();
-        // Also of what is NaN there is nothing.
         let on_screen = |first: f64, end: f64, size: f64| first.max(0.0) < end.min(size);
         if !(on_screen(first.x, end.x, size.x) && on_screen(first.y, end.y, size.y)) {
             return None;
@@ -131,7 +137,7 @@ fn line(from: DVec2, to: DVec2, coverage: Coverage, height: f64) -> Option<Line>
     // Both polygons of an edge get the same line.
     let (upper, lower) = if goes_down { (from, to) } else { (to, from) };
     let drop = lower.y - upper.y;
-    if drop <= f64::from(f32::EPSILON) * tolerance::RASTER_PIXELS as f64 {
+    if drop <= tolerance::RASTER_LEVEL {
         return None;
     }
     let slope = (lower.x - upper.x) / drop;
@@ -159,6 +165,11 @@ fn line(from: DVec2, to: DVec2, coverage: Coverage, height: f64) -> Option<Line>
     } else {
         Line::right(x, y, slope)
     })
+}
+
+/// A depth, rounded and more to the far side.
+fn farther(depth: f64) -> f32 {
+    ((depth - f64::from(tolerance::RASTER_LINE) * depth.abs()) as f32).next_down()
 }
 
 /// The depth on a plane, as it is on the screen, in pixels.
@@ -197,8 +208,8 @@ impl DepthPlane {
         let per_column = 2.0 * normal.x / size.x;
         let per_row = -2.0 * normal.y / size.y;
         // A tile reaches beyond the pixels.
-        let reach =
-            per_column.abs() * (pixels.columns.len() as f64 + 64.0) + per_row.abs() * (pixels.rows.len() as f64 + 16.0);
+        let reach = per_column.abs() * (pixels.columns.len() as f64 + f64::from(2 * TILE_WIDTH))
+            + per_row.abs() * (pixels.rows.len() as f64 + f64::from(2 * TILE_HEIGHT));
         let rounding = f64::from(tolerance::RASTER_LINE) * (depth.abs() + reach);
         let plane = Self {
             x: x as f32,
@@ -206,7 +217,7 @@ impl DepthPlane {
             depth: (depth - rounding) as f32,
             per_column: per_column as f32,
             per_row: per_row as f32,
-            least: (least as f32).next_down(),
+            least: farther(least),
             greatest: greatest as f32,
             columns: [pixels.columns.start as f32, pixels.columns.end as f32],
             rows: [pixels.rows.start as f32, pixels.rows.end as f32],
@@ -221,7 +232,7 @@ impl DepthPlane {
 
     /// At the same depth everywhere.
     pub fn level(depth: f64) -> Self {
-        let depth = (depth as f32).next_down();
+        let depth = farther(depth);
         Self {
             x: 0.0,
             y: 0.0,

@@ -97,8 +97,8 @@ impl Task for DrawBox<'_> {
                 let clip = corners[corner];
                 DVec3::new(clip.x, clip.y, clip.w)
             });
-            let least = tolerance::RASTER_CORNER * a.length() * b.length() * c.length();
-            *is_front = sign * a.dot(b.cross(c)) > least;
+            let rounding = tolerance::RASTER_CORNER * a.length() * b.length() * c.length();
+            *is_front = sign * a.dot(b.cross(c)) > rounding;
         }
         let largest = aabb.min.abs().max(aabb.max.abs());
         let least_w = least_w(clip_from_model, largest, size);
@@ -142,7 +142,7 @@ impl Task for DrawBox<'_> {
             }
             return;
         }
-        if corners.iter().any(|clip| clip.w < least_w) {
+        if corners.iter().any(|clip| !clip.is_finite() || clip.w <= least_w) {
             return;
         }
 
@@ -193,7 +193,7 @@ impl Task for DrawBox<'_> {
 pub(super) fn draw_by_centers<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, polygon: &[Corner]) {
     let clipped = clip_near(polygon);
     let places = clipped.iter().map(|corner| corner.clip);
-    if clipped.is_empty() || is_outside(places.clone()) {
+    if clipped.is_empty() || places.clone().any(|clip| clip.w <= 0.0) || is_outside(places.clone()) {
         return;
     }
     let pixels: SmallVec<[DVec2; 6]> = places.clone().map(|clip| to_pixels(clip, buffer.size)).collect();

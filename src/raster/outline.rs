@@ -160,15 +160,23 @@ impl<'a> Object<'a> {
     /// Draws a convex polygon whose corners run counter-clockwise as seen.
     #[inline(always)]
     pub fn add<S: Simd>(&mut self, simd: S, polygon: &[Corner]) {
+        if !polygon.iter().all(|corner| corner.clip.is_finite()) {
+            self.is_sure = false;
+            return;
+        }
         let clipped = clip_near(polygon);
         if clipped.is_empty() || is_outside(clipped.iter().map(|corner| corner.clip)) {
             return;
         }
-        if clipped.iter().any(|corner| corner.clip.w < self.least_w) {
+        if !clipped.iter().all(|corner| corner.clip.w > self.least_w) {
             self.is_sure = false;
             return;
         }
         let pixels: SmallVec<[DVec2; 6]> = clipped.iter().map(|corner| to_pixels(corner.clip, self.size)).collect();
+        if !pixels.iter().all(|pixel| pixel.is_finite()) {
+            self.is_sure = false;
+            return;
+        }
         let mut depths = [f64::INFINITY, f64::NEG_INFINITY];
         for corner in &clipped {
             let depth = corner.clip.z / corner.clip.w;
@@ -236,7 +244,7 @@ pub(super) fn least_w(clip_from_model: &DMat4, largest: Vec3A, size: UVec2) -> f
     let largest = largest.as_dvec3().extend(1.0);
     let magnitude = (0..4).map(|row| clip_from_model.row(row).abs().dot(largest));
     let unsure = tolerance::RASTER_CORNER * magnitude.fold(0.0, f64::max) * f64::from(size.max_element());
-    16.0 * unsure / f64::from(tolerance::RASTER_PIXELS)
+    unsure / f64::from(tolerance::RASTER_PIXELS)
 }
 
 /// Draws the triangles of a mesh strictly.

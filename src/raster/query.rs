@@ -82,11 +82,12 @@ impl MaskedDepthBuffer {
         self.rects_of_boxes(Portable, boxes, clip_from_world)[0]
     }
 
-    /// Whether some of a rectangle is on the screen.
+    /// Whether some of a rectangle is on the screen. Nothing is on one without pixels.
     pub fn meets(&self, rect: &ScreenRect) -> bool {
         let size = self.size().as_vec2();
-        // Also what is NaN.
-        !(rect.min.x >= size.x || rect.min.y >= size.y || rect.max.x <= 0.0 || rect.max.y <= 0.0)
+        let is_beside = rect.min.x >= size.x || rect.min.y >= size.y || rect.max.x <= 0.0 || rect.max.y <= 0.0;
+        // Also what is NaN is somewhere.
+        !is_beside && self.size.x > 0
     }
 
     /// The share of the screen that a rectangle takes up, from 0 to 1.
@@ -94,6 +95,11 @@ impl MaskedDepthBuffer {
         let size = self.size().as_vec2();
         let part = (rect.max.min(size) - rect.min.max(Vec2::ZERO)).max(Vec2::ZERO) / size;
         part.x * part.y
+    }
+
+    /// Whether what has been drawn hides all of a rectangle that is on the screen. What is beside it is not hidden by that.
+    pub fn hides_rect(&self, rect: &ScreenRect) -> bool {
+        self.meets(rect) && !self.is_rect_visible(rect)
     }
 
     /// Where eight boxes are on the screen.
@@ -119,13 +125,18 @@ impl MaskedDepthBuffer {
     pub(crate) fn shows_rect<S: Simd>(&self, simd: S, rect: &ScreenRect) -> bool {
         // Also what is NaN is everywhere.
         let ends = |min: f32, max: f32, size: u32| -> Range<u32> {
-            let first = if min > 0.0 { min as u32 } else { 0 };
+            let first = if min > 0.0 { (min as u32).min(size) } else { 0 };
             let end = if max < size as f32 {
                 max.max(0.0).ceil() as u32
             } else {
                 size
             };
-            first.min(size)..end
+            // What is no wider than the border between two pixels is in one of them.
+            if max <= 0.0 {
+                0..0
+            } else {
+                first..end.max(first + 1).min(size)
+            }
         };
         let region = Region {
             lines: &[],

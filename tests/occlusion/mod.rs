@@ -8,6 +8,7 @@ mod exact;
 mod occluders;
 mod proof;
 mod reasons;
+mod regressions;
 
 use std::any::TypeId;
 
