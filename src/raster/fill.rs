@@ -1,4 +1,4 @@
-//! From lines to pixels: the scanline loop that everything is drawn and tested by.
+//! From lines to pixels: the scanline loop that everything is drawn by.
 
 use std::ops::Range;
 
@@ -60,16 +60,16 @@ pub(super) struct Region<'a> {
 /// What is done with the pixels of a region, tile by tile.
 pub(super) trait Brush {
     /// Is given the number of a tile, where it begins in pixels, and which of its pixels are in the region: at least
-    /// one. Returns whether to go on.
-    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) -> bool;
+    /// one.
+    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s);
 }
 
-/// Paints a region of a screen with so many tiles in each row. Returns false if the brush stopped.
+/// Paints a region of a screen with so many tiles in each row.
 #[inline(always)]
-pub(super) fn fill<S: Simd, B: Brush>(simd: S, region: &Region, tiles_across: u32, brush: &mut B) -> bool {
+pub(super) fn fill<S: Simd, B: Brush>(simd: S, region: &Region, tiles_across: u32, brush: &mut B) {
     let Region { lines, rows, columns } = region;
     if rows.is_empty() || columns.is_empty() {
-        return true;
+        return;
     }
     let (first_row, end_row) = (simd.splat(rows.start as f32 - 0.5), simd.splat(rows.end as f32 - 0.5));
     let none = simd.splat_bits(0);
@@ -114,10 +114,7 @@ pub(super) fn fill<S: Simd, B: Brush>(simd: S, region: &Region, tiles_across: u3
                 continue;
             }
             let tile = (tile_y * tiles_across + tile_x) as usize;
-            if !brush.paint(simd, tile, tile_left, top, simd.blocks_of_rows(pixels)) {
-                return false;
-            }
+            brush.paint(simd, tile, tile_left, top, simd.blocks_of_rows(pixels));
         }
     }
-    true
 }

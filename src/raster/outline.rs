@@ -52,13 +52,12 @@ pub(super) struct Paint<'a> {
 
 impl Brush for Paint<'_> {
     #[inline(always)]
-    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) -> bool {
+    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) {
         let mut depth = simd.splat(f32::INFINITY);
         for plane in self.planes {
             depth = simd.min(farthest_of_blocks(simd, plane, left, top), depth);
         }
         self.tiles[tile].draw(simd, pixels, depth);
-        true
     }
 }
 
@@ -102,7 +101,7 @@ struct Sketch<'a> {
 
 impl Brush for Sketch<'_> {
     #[inline(always)]
-    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) -> bool {
+    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) {
         let object = &mut self.object[tile];
         if !object.is_listed {
             object.is_listed = true;
@@ -118,7 +117,6 @@ impl Brush for Sketch<'_> {
                 object.farthest = simd.store(simd.blend(is_untouched, known, farthest));
             }
         }
-        true
     }
 }
 

@@ -6,8 +6,7 @@ use bevy::math::{Mat4, Vec2, Vec3A, Vec4Swizzles, bounding::Aabb3d};
 
 use super::{
     buffer::MaskedDepthBuffer,
-    fill::{Brush, Region, fill},
-    tile::Tile,
+    tile::{BLOCK_WIDTH, TILE_HEIGHT, TILE_WIDTH},
 };
 use crate::{
     geometry::tolerance,
@@ -138,32 +137,59 @@ impl MaskedDepthBuffer {
                 first..end.max(first + 1).min(size)
             }
         };
-        let region = Region {
-            lines: &[],
-            rows: ends(rect.min.y, rect.max.y, self.size.y),
-            columns: ends(rect.min.x, rect.max.x, self.size.x),
-        };
+        let rows = ends(rect.min.y, rect.max.y, self.size.y);
+        let columns = ends(rect.min.x, rect.max.x, self.size.x);
+        if rows.is_empty() || columns.is_empty() {
+            return false;
+        }
         // Nothing is drawn beyond the far plane, and so nothing hides what is there.
-        let nearest = if rect.nearest < 0.0 { 0.0 } else { rect.nearest };
-        let mut test = Test {
-            tiles: &self.tiles,
-            nearest,
-        };
-        !fill(simd, &region, self.tiles_across(), &mut test)
+        let nearest = simd.splat(if rect.nearest < 0.0 { 0.0 } else { rect.nearest });
+        let (first, last) = (columns.start / TILE_WIDTH, (columns.end - 1) / TILE_WIDTH);
+        let from_left = simd.load_bits(&blocks_of_columns(columns.start % TILE_WIDTH, TILE_WIDTH));
+        let to_right = simd.load_bits(&blocks_of_columns(0, (columns.end - 1) % TILE_WIDTH + 1));
+        for tile_y in rows.start / TILE_HEIGHT..=(rows.end - 1) / TILE_HEIGHT {
+            let top = tile_y * TILE_HEIGHT;
+            let in_rows = blocks_of_rows(rows.start.saturating_sub(top), (rows.end - top).min(TILE_HEIGHT));
+            let in_rows = simd.load_bits(&in_rows);
+            for tile_x in first..=last {
+                let mut pixels = in_rows;
+                if tile_x == first {
+                    pixels = simd.and(pixels, from_left);
+                }
+                if tile_x == last {
+                    pixels = simd.and(pixels, to_right);
+                }
+                let tile = (tile_y * self.tiles_across() + tile_x) as usize;
+                if self.tiles[tile].shows(simd, pixels, nearest) {
+                    return true;
+                }
+            }
+        }
+        false
     }
 }
 
-/// Stops at the first tile in which something can be seen.
-struct Test<'a> {
-    tiles: &'a [Tile],
-    nearest: f32,
+/// The pixels of a tile from one column to before another, block by block.
+#[inline(always)]
+fn blocks_of_columns(first: u32, end: u32) -> [u32; LANES] {
+    let columns = (u32::MAX >> (TILE_WIDTH - (end - first))) << first;
+    let mut blocks = [0; LANES];
+    for (lane, block) in blocks.iter_mut().enumerate() {
+        // The same columns in each of four rows.
+        *block = (columns >> (BLOCK_WIDTH * (lane as u32 % 4)) & 0xff) * 0x0101_0101;
+    }
+    blocks
 }
 
-impl Brush for Test<'_> {
-    #[inline(always)]
-    fn paint<S: Simd>(&mut self, simd: S, tile: usize, _: f32, _: f32, pixels: S::U32s) -> bool {
-        !self.tiles[tile].shows(simd, pixels, simd.splat(self.nearest))
+/// The pixels of a tile from one row to before another, block by block.
+#[inline(always)]
+fn blocks_of_rows(first: u32, end: u32) -> [u32; LANES] {
+    let rows = (u64::MAX >> (BLOCK_WIDTH * (TILE_HEIGHT - (end - first)))) << (BLOCK_WIDTH * first);
+    let mut blocks = [rows as u32; LANES];
+    for block in &mut blocks[LANES / 2..] {
+        *block = (rows >> 32) as u32;
     }
+    blocks
 }
 
 struct TestRect<'a> {
