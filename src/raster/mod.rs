@@ -1,8 +1,8 @@
 //! A depth buffer on the CPU that answers one question: is a box hidden behind what has been drawn?
 //!
 //! The buffer is masked (Hasselgren, Andersson and Akenine-Möller, *Masked Software Occlusion Culling*, 2016): instead of
-//! a depth for each pixel it keeps, for each block of 8×4 pixels, the farthest depth of all of them, and one more for
-//! those that a mask of 32 bits names. Eight blocks make a tile of 32×8 pixels, which is drawn and tested at once.
+//! a depth for each pixel it keeps, for each block of 8×4 pixels, the farthest depth of all of them, and two more for those
+//! that masks of 32 bits name. Eight blocks make a tile of 32×8 pixels, which is drawn and tested at once.
 //!
 //! # Conventions
 //!
@@ -18,8 +18,8 @@
 //!
 //! [`RasterMode::Strict`] never hides what can be seen: a pixel counts as covered if all of it is, each block is as far as
 //! the farthest that covers any of it, and every rounding errs to the side of the seen. Convex boxes are drawn by their
-//! outline, moved inward. Triangles are drawn together, mesh by mesh: a pixel that any of a mesh touches, and no edge of
-//! its outline, is covered whole, for the boundary of a picture of a mesh is its outline.
+//! outline, moved inward. The triangles of a mesh are drawn together, part by part: a pixel whose centre is in their picture,
+//! and that no edge of its outline touches, is covered whole, for the boundary of a picture is its outline.
 //!
 //! [`RasterMode::Fast`] takes a pixel as covered if its centre is, as a renderer does. Through gaps between centres more
 //! can be seen than it tells.
