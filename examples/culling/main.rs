@@ -16,6 +16,8 @@
 //!
 //! **Headless** flies one round with each, checks in each frame that both keep the same things, and prints the figures.
 
+#[path = "../shared/by_hand.rs"]
+mod by_hand;
 #[path = "../shared/command_line.rs"]
 mod command_line;
 #[path = "../shared/panel.rs"]

@@ -9,7 +9,7 @@ use bevy::{
     window::PrimaryWindow,
 };
 
-use crate::{options::Options, plan::Plan, scenery::Ground, stopwatch::Stopwatch};
+use crate::{by_hand, options::Options, plan::Plan, scenery::Ground, stopwatch::Stopwatch};
 
 /// What only the view from above shows.
 pub const MARKS: usize = 1;
@@ -109,15 +109,7 @@ fn frame_inset(mut commands: Commands) {
 }
 
 fn steer(keys: Res<ButtonInput<KeyCode>>, buttons: Res<ButtonInput<MouseButton>>, mut flight: ResMut<Flight>) {
-    let controls = [
-        KeyCode::KeyW,
-        KeyCode::KeyA,
-        KeyCode::KeyS,
-        KeyCode::KeyD,
-        KeyCode::KeyE,
-        KeyCode::KeyQ,
-    ];
-    if keys.any_pressed(controls) || buttons.pressed(MouseButton::Right) {
+    if by_hand::is_steered(&keys, &buttons) {
         flight.on = false;
     }
     flight.on ^= keys.just_pressed(KeyCode::KeyF);
@@ -134,9 +126,7 @@ fn fly(
     }
     flight.along = (flight.along + time.delta_secs() / 60.0).fract();
     let (mut transform, mut state) = flying.into_inner();
-    *transform = place(flight.along, options.blocks);
-    // So that flying by hand goes on from here.
-    (state.yaw, state.pitch, _) = transform.rotation.to_euler(EulerRot::YXZ);
+    by_hand::put(place(flight.along, options.blocks), &mut transform, &mut state);
 }
 
 fn show_overview(

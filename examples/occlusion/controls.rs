@@ -7,6 +7,7 @@ use bevy::{
 use bevy_sightline::prelude::*;
 
 use crate::{
+    by_hand,
     stopwatch::Stopwatch,
     walk::{Round, Walker},
 };
@@ -45,15 +46,7 @@ pub fn plugin(app: &mut App) {
 }
 
 fn take_over(keys: Res<ButtonInput<KeyCode>>, buttons: Res<ButtonInput<MouseButton>>, mut walk: ResMut<Walk>) {
-    let controls = [
-        KeyCode::KeyW,
-        KeyCode::KeyA,
-        KeyCode::KeyS,
-        KeyCode::KeyD,
-        KeyCode::KeyE,
-        KeyCode::KeyQ,
-    ];
-    if keys.any_pressed(controls) || buttons.pressed(MouseButton::Right) {
+    if by_hand::is_steered(&keys, &buttons) {
         walk.on = false;
     }
     walk.on ^= keys.just_pressed(KeyCode::Space);
@@ -70,9 +63,7 @@ fn walk(
     }
     walk.along += SPEED * time.delta_secs().min(LONGEST_STEP);
     let (mut transform, mut state) = walker.into_inner();
-    *transform = round.place(walk.along);
-    // So that walking by hand goes on from here.
-    (state.yaw, state.pitch, _) = transform.rotation.to_euler(EulerRot::YXZ);
+    by_hand::put(round.place(walk.along), &mut transform, &mut state);
 }
 
 /// Occlusion is a component of the camera: it comes, changes and goes at any time.

@@ -17,6 +17,8 @@
 //! **Headless** walks one round with occlusion and one without, checks that everything that rays from the eye meet was
 //! seen, and prints the figures. It fails if nothing was hidden, or if something was that can be seen.
 
+#[path = "../shared/by_hand.rs"]
+mod by_hand;
 #[path = "../shared/command_line.rs"]
 mod command_line;
 #[path = "../shared/panel.rs"]

@@ -5,7 +5,7 @@ use bevy::math::{
     bounding::{Aabb3d, BoundingVolume, IntersectsVolume},
 };
 
-use super::{OccluderShape, Occluders, OcclusionBudget, OcclusionBuffer, OcclusionStats, SoftwareOcclusion};
+use super::{OccluderShape, Occluders, OcclusionBuffer, OcclusionStats, SoftwareOcclusion};
 use crate::{
     geometry::tolerance,
     index::{Key, SpatialIndex},
@@ -102,11 +102,7 @@ impl OcclusionBuffer {
         may_occlude: impl Fn(Key) -> bool,
         sides: &mut impl Sides<Key>,
     ) {
-        let SoftwareOcclusion {
-            mode,
-            resolution,
-            budget,
-        } = viewpoint.settings;
+        let SoftwareOcclusion { mode, resolution, .. } = viewpoint.settings;
         self.depth.begin(resolution, mode);
         self.viewpoint = Some(*viewpoint);
         self.is_new = true;
@@ -115,13 +111,10 @@ impl OcclusionBuffer {
             depth: &mut self.depth,
             seen: &mut self.work.seen,
             stats: OcclusionStats::default(),
-            clip_from_world: viewpoint.clip_from_world,
-            exact_clip_from_world: viewpoint.clip_from_world.as_dmat4(),
-            inverts_culling: viewpoint.inverts_culling,
-            lens: viewpoint.lens,
+            viewpoint,
+            clip_from_world: viewpoint.clip_from_world.as_dmat4(),
             occluders: around.occluders,
             may_occlude,
-            budget,
             sides,
         };
         let tree = around.index.tree();
@@ -165,13 +158,11 @@ struct Hide<'a, F, V> {
     depth: &'a mut MaskedDepthBuffer,
     seen: &'a mut Vec<(Key, ScreenRect)>,
     stats: OcclusionStats,
-    clip_from_world: Mat4,
-    exact_clip_from_world: DMat4,
-    inverts_culling: bool,
-    lens: Aabb3d,
+    viewpoint: &'a Viewpoint,
+    /// In double precision.
+    clip_from_world: DMat4,
     occluders: &'a Occluders,
     may_occlude: F,
-    budget: OcclusionBudget,
     sides: &'a mut V,
 }
 
@@ -179,8 +170,8 @@ impl<F: Fn(Key) -> bool, V: Sides<Key>> Judge<Key> for Hide<'_, F, V> {
     type Place = ScreenRect;
 
     #[inline(always)]
-    fn places<S: Simd>(&self, simd: S, boxes: Boxes, _: u32) -> [ScreenRect; LANES] {
-        self.depth.rects_of_boxes(simd, boxes, &self.clip_from_world)
+    fn places<S: Simd>(&self, simd: S, boxes: Boxes) -> [ScreenRect; LANES] {
+        self.depth.rects_of_boxes(simd, boxes, &self.viewpoint.clip_from_world)
     }
 
     #[inline(always)]
@@ -218,22 +209,28 @@ impl<F: Fn(Key) -> bool, V> Hide<'_, F, V> {
     /// its surface away, one sees through; and what is seen turned inside out shows its inside.
     #[inline]
     fn draw(&mut self, key: Key, aabb: &Aabb3d, place: &ScreenRect) {
-        if self.depth.share_of(place) < self.budget.least_area {
+        let Viewpoint {
+            settings: SoftwareOcclusion { budget, .. },
+            inverts_culling,
+            lens,
+            ..
+        } = self.viewpoint;
+        if self.depth.share_of(place) < budget.least_area {
             return;
         }
         let Some((shape, world_from_local)) = self.occluders.get(key.entity) else {
             return;
         };
-        let clip_from_local = self.exact_clip_from_world * Mat4::from(*world_from_local).as_dmat4();
+        let clip_from_local = self.clip_from_world * Mat4::from(*world_from_local).as_dmat4();
         let is_mirrored = clip_from_local.determinant() < 0.0;
-        if is_mirrored != self.inverts_culling || self.lens.intersects(aabb) || !(self.may_occlude)(key) {
+        if is_mirrored != *inverts_culling || lens.intersects(aabb) || !(self.may_occlude)(key) {
             return;
         }
         let triangles = match shape {
             OccluderShape::Boxes(boxes) => 12 * boxes.len(),
             OccluderShape::Mesh(mesh) => mesh.len(),
         };
-        if self.stats.occluders >= self.budget.occluders || self.stats.triangles + triangles > self.budget.triangles {
+        if self.stats.occluders >= budget.occluders || self.stats.triangles + triangles > budget.triangles {
             self.stats.over_budget += 1;
             return;
         }
@@ -246,11 +243,7 @@ impl<F: Fn(Key) -> bool, V> Hide<'_, F, V> {
                 }
             }
             OccluderShape::Mesh(mesh) => {
-                let faces = if self.inverts_culling {
-                    Faces::Back
-                } else {
-                    Faces::Front
-                };
+                let faces = if *inverts_culling { Faces::Back } else { Faces::Front };
                 self.depth.draw_mesh(mesh, &clip_from_local, faces);
             }
         }

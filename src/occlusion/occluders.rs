@@ -203,11 +203,11 @@ impl Occluders {
         let old = std::mem::replace(&mut self.records[index], record);
         let new = &self.records[index];
         self.known = self.known + usize::from(new.is_some()) - usize::from(old.is_some());
-        let is_active = |record: &Option<Record>| record.as_ref().is_some_and(|record| record.active.is_some());
-        self.len = self.len + usize::from(is_active(new)) - usize::from(is_active(&old));
-        let active = |record: Option<&Record>| record.and_then(|record| record.active.clone());
-        let is_same = match (active(old.as_ref()), active(new.as_ref())) {
-            (Some(old), Some(new)) => old.is(&new),
+        let old = old.as_ref().and_then(|record| record.active.as_ref());
+        let new = new.as_ref().and_then(|record| record.active.as_ref());
+        self.len = self.len + usize::from(new.is_some()) - usize::from(old.is_some());
+        let is_same = match (old, new) {
+            (Some(old), Some(new)) => old.is(new),
             (None, None) => true,
             _ => false,
         };

@@ -7,7 +7,7 @@ use bevy::{
 
 use super::{
     outline::ObjectTile,
-    tile::{TILE_HEIGHT, TILE_WIDTH, Tile},
+    tile::{NOTHING, TILE_HEIGHT, TILE_WIDTH, Tile},
 };
 
 /// How surely something is hidden that is told to be: see [`raster`](super).
@@ -107,7 +107,7 @@ impl MaskedDepthBuffer {
         }
         let tile = y / TILE_HEIGHT * self.tiles_across() + x / TILE_WIDTH;
         let depth = self.tiles[tile as usize].depth_at(x % TILE_WIDTH, y % TILE_HEIGHT);
-        (depth > super::tile::NOTHING).then_some(depth)
+        (depth > NOTHING).then_some(depth)
     }
 
     /// The bytes that are kept.

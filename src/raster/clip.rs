@@ -3,10 +3,7 @@
 use bevy::math::{DVec2, DVec3, DVec4, UVec2};
 use smallvec::SmallVec;
 
-use super::{
-    fill::{Line, Region},
-    tile::{TILE_HEIGHT, TILE_WIDTH},
-};
+use super::fill::{Line, Region};
 use crate::geometry::tolerance;
 
 /// A corner in clip space, with whether the edge from it to the next one lies within what is drawn, and not on its
@@ -58,6 +55,27 @@ pub(super) fn is_outside(corners: impl Iterator<Item = DVec4> + Clone) -> bool {
         || all(|clip| clip.x > SURELY * clip.w)
         || all(|clip| clip.y < -SURELY * clip.w)
         || all(|clip| clip.y > SURELY * clip.w)
+}
+
+/// The place of a corner as the eye has it: two directions on the screen, and the distance along the view.
+pub(super) fn xyw(clip: DVec4) -> DVec3 {
+    DVec3::new(clip.x, clip.y, clip.w)
+}
+
+/// Which way three corners run around, as seen: positive if counter-clockwise, and zero if double precision is not sure.
+pub(super) fn winding(corners: [DVec4; 3]) -> f64 {
+    let [a, b, c] = corners.map(xyw);
+    let volume = a.dot(b.cross(c));
+    let rounding = tolerance::RASTER_CORNER * a.length() * b.length() * c.length();
+    if volume.abs() > rounding { volume } else { 0.0 }
+}
+
+/// The least and the greatest depth of corners.
+pub(super) fn depths(corners: impl Iterator<Item = DVec4>) -> [f64; 2] {
+    corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, greatest], clip| {
+        let depth = clip.z / clip.w;
+        [least.min(depth), greatest.max(depth)]
+    })
 }
 
 /// The place of a corner in pixels.
@@ -165,84 +183,4 @@ fn line(from: DVec2, to: DVec2, coverage: Coverage, height: f64) -> Option<Line>
     } else {
         Line::right(x, y, slope)
     })
-}
-
-/// A depth, rounded and more to the far side.
-fn farther(depth: f64) -> f32 {
-    ((depth - f64::from(tolerance::RASTER_LINE) * depth.abs()) as f32).next_down()
-}
-
-/// The depth on a plane, as it is on the screen, in pixels.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct DepthPlane {
-    pub x: f32,
-    pub y: f32,
-    /// At that place.
-    pub depth: f32,
-    pub per_column: f32,
-    pub per_row: f32,
-    /// Nowhere farther, whatever the plane says.
-    pub least: f32,
-    /// Nowhere nearer, whatever the plane says.
-    pub greatest: f32,
-    /// Where the pixels are that it is the depth of, across and down.
-    pub columns: [f32; 2],
-    pub rows: [f32; 2],
-}
-
-impl DepthPlane {
-    /// Of the plane through three corners in clip space, and of what lies on it in these `pixels` at no other depths than
-    /// from `least` to `greatest`. Errs to the far side.
-    pub fn new(corners: [DVec4; 3], pixels: &Region, [least, greatest]: [f64; 2], size: UVec2) -> Self {
-        // With p = (x, y, w) the depths of the corners are z / w = (n · p) / w.
-        let [a, b, c] = corners.map(|clip| DVec3::new(clip.x, clip.y, clip.w));
-        let (bc, ca, ab) = (b.cross(c), c.cross(a), a.cross(b));
-        let volume = a.dot(bc);
-        let normal = (bc * corners[0].z + ca * corners[1].z + ab * corners[2].z) / volume;
-        let is_sound = volume.abs() > tolerance::RASTER_PLANE * a.length() * b.length() * c.length();
-
-        let size = size.as_dvec2();
-        let x = 0.5 * (f64::from(pixels.columns.start) + f64::from(pixels.columns.end));
-        let y = 0.5 * (f64::from(pixels.rows.start) + f64::from(pixels.rows.end));
-        let depth = normal.dot(DVec3::new(2.0 * x / size.x - 1.0, 1.0 - 2.0 * y / size.y, 1.0));
-        let per_column = 2.0 * normal.x / size.x;
-        let per_row = -2.0 * normal.y / size.y;
-        // A tile reaches beyond the pixels.
-        let reach = per_column.abs() * (pixels.columns.len() as f64 + f64::from(2 * TILE_WIDTH))
-            + per_row.abs() * (pixels.rows.len() as f64 + f64::from(2 * TILE_HEIGHT));
-        let rounding = f64::from(tolerance::RASTER_LINE) * (depth.abs() + reach);
-        let plane = Self {
-            x: x as f32,
-            y: y as f32,
-            depth: (depth - rounding) as f32,
-            per_column: per_column as f32,
-            per_row: per_row as f32,
-            least: farther(least),
-            greatest: greatest as f32,
-            columns: [pixels.columns.start as f32, pixels.columns.end as f32],
-            rows: [pixels.rows.start as f32, pixels.rows.end as f32],
-        };
-        let is_finite = plane.depth.is_finite() && plane.per_column.is_finite() && plane.per_row.is_finite();
-        if is_sound && is_finite {
-            plane
-        } else {
-            Self::level(least)
-        }
-    }
-
-    /// At the same depth everywhere.
-    pub fn level(depth: f64) -> Self {
-        let depth = farther(depth);
-        Self {
-            x: 0.0,
-            y: 0.0,
-            depth,
-            per_column: 0.0,
-            per_row: 0.0,
-            least: depth,
-            greatest: depth,
-            columns: [0.0; 2],
-            rows: [0.0; 2],
-        }
-    }
 }

@@ -1,18 +1,17 @@
 //! Boxes, drawn by their outline: convex, so that one region is all of it.
 
-use bevy::math::{DMat4, DVec2, DVec3, DVec4, bounding::Aabb3d};
+use bevy::math::{DMat4, DVec2, bounding::Aabb3d};
 use smallvec::SmallVec;
 
 use super::{
     buffer::{MaskedDepthBuffer, RasterMode, Scratch},
-    clip::{Corner, Coverage, DepthPlane, PolygonRegion, clip_near, is_outside, to_pixels},
+    clip::{Corner, Coverage, PolygonRegion, depths, is_outside, to_pixels, winding},
     fill::fill,
-    outline::{Object, Paint, least_w},
+    outline::{Object, least_w},
+    plane::{DepthPlane, Paint},
+    triangles::draw_by_centers,
 };
-use crate::{
-    geometry::tolerance,
-    spatial::simd::{Simd, Task, dispatch},
-};
+use crate::spatial::simd::{Simd, Task, dispatch};
 
 /// The corners of each face, counter-clockwise as seen from outside. Bits 0, 1 and 2 of a corner's number say whether it
 /// is at the maximum along x, y and z.
@@ -93,12 +92,7 @@ impl Task for DrawBox<'_> {
         let sign = clip_from_model.determinant().signum();
         let mut is_front = [false; 6];
         for (is_front, face) in is_front.iter_mut().zip(FACES) {
-            let [a, b, c] = [face[0], face[1], face[2]].map(|corner| {
-                let clip = corners[corner];
-                DVec3::new(clip.x, clip.y, clip.w)
-            });
-            let rounding = tolerance::RASTER_CORNER * a.length() * b.length() * c.length();
-            *is_front = sign * a.dot(b.cross(c)) > rounding;
+            *is_front = sign * winding([face[0], face[1], face[2]].map(|corner| corners[corner])) > 0.0;
         }
         let largest = aabb.min.abs().max(aabb.max.abs());
         let least_w = least_w(clip_from_model, largest, size);
@@ -148,12 +142,10 @@ impl Task for DrawBox<'_> {
 
         // From the front faces, whose edges run all the same way around, those edges that only one has.
         let mut outline: SmallVec<[[usize; 2]; 6]> = SmallVec::new();
-        let mut depths = [f64::INFINITY, f64::NEG_INFINITY];
+        let depths = depths(faces.clone().flat_map(|face| FACES[face].map(|corner| corners[corner])));
         for face in faces.clone() {
             for side in 0..4 {
                 let (from, to) = (FACES[face][side], FACES[face][(side + 1) % 4]);
-                let depth = corners[from].z / corners[from].w;
-                depths = [depths[0].min(depth), depths[1].max(depth)];
                 if !is_front[BEYOND[face][side]] {
                     outline.push(if sign < 0.0 { [to, from] } else { [from, to] });
                 }
@@ -186,30 +178,4 @@ impl Task for DrawBox<'_> {
         };
         fill(simd, &region, tiles_across, &mut paint);
     }
-}
-
-/// Draws a convex polygon, whose corners run counter-clockwise as seen, to the pixels whose centres are in it.
-#[inline(always)]
-pub(super) fn draw_by_centers<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, polygon: &[Corner]) {
-    let clipped = clip_near(polygon);
-    let places = clipped.iter().map(|corner| corner.clip);
-    if clipped.is_empty() || places.clone().any(|clip| clip.w <= 0.0) || is_outside(places.clone()) {
-        return;
-    }
-    let pixels: SmallVec<[DVec2; 6]> = places.clone().map(|clip| to_pixels(clip, buffer.size)).collect();
-    let Some(region) = PolygonRegion::new(&pixels, Coverage::Centers, buffer.size) else {
-        return;
-    };
-    let region = region.as_region();
-    let depth = |clip: DVec4| clip.z / clip.w;
-    let least = places.clone().map(depth).fold(f64::INFINITY, f64::min);
-    let greatest = places.map(depth).fold(f64::NEG_INFINITY, f64::max);
-    let corners = [polygon[0].clip, polygon[1].clip, polygon[2].clip];
-    let plane = DepthPlane::new(corners, &region, [least, greatest], buffer.size);
-    let tiles_across = buffer.tiles_across();
-    let mut paint = Paint {
-        tiles: &mut buffer.tiles,
-        planes: &[plane],
-    };
-    fill(simd, &region, tiles_across, &mut paint);
 }

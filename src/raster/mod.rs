@@ -47,6 +47,7 @@ mod fill;
 mod image;
 mod mesh;
 mod outline;
+mod plane;
 mod query;
 #[cfg(test)]
 mod tests;

@@ -4,19 +4,20 @@
 //! continues: the outline. A pixel is a connected set. So if the centre of a pixel is in the picture, and no edge of the
 //! outline touches the pixel, then all of it is in the picture.
 
-use bevy::math::{DMat4, DVec2, DVec3, UVec2, Vec3, Vec3A};
+use bevy::math::{DMat4, DVec2, UVec2, Vec3, Vec3A};
 use smallvec::SmallVec;
 
 use super::{
     buffer::{Faces, MaskedDepthBuffer, Scratch},
-    clip::{Corner, Coverage, DepthPlane, PolygonRegion, clip_near, is_outside, to_pixels},
+    clip::{Corner, Coverage, PolygonRegion, clip_near, depths, is_outside, to_pixels, winding},
     fill::{Brush, fill},
     mesh::OccluderMesh,
-    tile::{BLOCK_HEIGHT, BLOCK_LEFT, BLOCK_TOP, BLOCK_WIDTH, TILE_HEIGHT, TILE_WIDTH, Tile},
+    plane::{DepthPlane, Paint, farthest_of_blocks},
+    tile::{TILE_WIDTH, Tile},
 };
 use crate::{
     geometry::tolerance,
-    spatial::simd::{LANES, Simd, Task, dispatch},
+    spatial::simd::{LANES, Simd},
 };
 
 /// From how many pixels on the rectangle around a polygon makes it worth to draw it by itself too: its own depth is
@@ -42,49 +43,6 @@ impl ObjectTile {
         farthest: [f32::INFINITY; LANES],
         is_listed: false,
     };
-}
-
-/// Paints the depth of planes, of which the farthest counts.
-pub(super) struct Paint<'a> {
-    pub tiles: &'a mut [Tile],
-    pub planes: &'a [DepthPlane],
-}
-
-impl Brush for Paint<'_> {
-    #[inline(always)]
-    fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s) {
-        let mut depth = simd.splat(f32::INFINITY);
-        for plane in self.planes {
-            depth = simd.min(farthest_of_blocks(simd, plane, left, top), depth);
-        }
-        self.tiles[tile].draw(simd, pixels, depth);
-    }
-}
-
-/// The farthest depths of a plane in the blocks of a tile.
-#[inline(always)]
-pub(super) fn farthest_of_blocks<S: Simd>(simd: S, plane: &DepthPlane, left: f32, top: f32) -> S::F32s {
-    let across = if plane.per_column < 0.0 {
-        BLOCK_WIDTH as f32
-    } else {
-        0.0
-    };
-    let down = if plane.per_row < 0.0 { BLOCK_HEIGHT as f32 } else { 0.0 };
-    let x = simd.add(simd.load(&BLOCK_LEFT), simd.splat(left + across));
-    let y = simd.add(simd.load(&BLOCK_TOP), simd.splat(top + down));
-    // What of a block is beside all pixels does not matter.
-    let x = simd.max(simd.min(x, simd.splat(plane.columns[1])), simd.splat(plane.columns[0]));
-    let y = simd.max(simd.min(y, simd.splat(plane.rows[1])), simd.splat(plane.rows[0]));
-    let x = simd.sub(x, simd.splat(plane.x));
-    let y = simd.sub(y, simd.splat(plane.y));
-    let depth = simd.add(
-        simd.add(
-            simd.mul(x, simd.splat(plane.per_column)),
-            simd.mul(y, simd.splat(plane.per_row)),
-        ),
-        simd.splat(plane.depth),
-    );
-    simd.max(simd.min(depth, simd.splat(plane.greatest)), simd.splat(plane.least))
 }
 
 enum Stroke<'a> {
@@ -175,11 +133,7 @@ impl<'a> Object<'a> {
             self.is_sure = false;
             return;
         }
-        let mut depths = [f64::INFINITY, f64::NEG_INFINITY];
-        for corner in &clipped {
-            let depth = corner.clip.z / corner.clip.w;
-            depths = [depths[0].min(depth), depths[1].max(depth)];
-        }
+        let depths = depths(clipped.iter().map(|corner| corner.clip));
         let tiles_across = self.tiles_across();
         if let Some(region) = PolygonRegion::new(&pixels, Coverage::Touched, self.size) {
             let region = region.as_region();
@@ -246,99 +200,66 @@ pub(super) fn least_w(clip_from_model: &DMat4, largest: Vec3A, size: UVec2) -> f
 }
 
 /// Draws the triangles of a mesh strictly.
-pub(super) struct DrawOutlined<'a> {
-    pub buffer: &'a mut MaskedDepthBuffer,
-    pub mesh: &'a OccluderMesh,
-    pub clip_from_model: &'a DMat4,
-    pub faces: Faces,
-}
-
-impl Task for DrawOutlined<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Self {
-            buffer,
-            mesh,
-            clip_from_model,
-            faces,
-        } = self;
-        let MaskedDepthBuffer {
-            size, tiles, scratch, ..
-        } = buffer;
-        let Scratch {
-            clipped,
-            is_drawn,
-            object,
-            touched,
-            ..
-        } = scratch;
-        clipped.clear();
-        for vertices in &mesh.vertices {
-            let [x, y, z] = vertices;
-            let places = x.iter().zip(y).zip(z);
-            clipped.extend(places.map(|((&x, &y), &z)| *clip_from_model * Vec3::new(x, y, z).as_dvec3().extend(1.0)));
-        }
-        let Some(aabb) = mesh.aabb() else {
-            return;
-        };
-        let least_w = least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), *size);
-        let sides: &[bool] = match faces {
-            Faces::Front => &[false],
-            Faces::Back => &[true],
-            Faces::Both => &[false, true],
-        };
-        for &is_back in sides {
-            is_drawn.clear();
-            for corners in &mesh.triangles {
-                let [a, b, c] = corners.map(|corner| {
-                    let clip = clipped[corner as usize];
-                    DVec3::new(clip.x, clip.y, clip.w)
-                });
-                let volume = a.dot(b.cross(c));
-                let least = tolerance::RASTER_CORNER * a.length() * b.length() * c.length();
-                is_drawn.push(if is_back { volume < -least } else { volume > least });
-            }
-            let mut begin = 0;
-            for &end in &mesh.parts {
-                let mut drawing = Object::begin(*size, tiles, object, touched, least_w);
-                for triangle in begin as usize..end as usize {
-                    if !is_drawn[triangle] {
-                        continue;
-                    }
-                    let (corners, neighbours) = (mesh.triangles[triangle], mesh.neighbours[triangle]);
-                    let corner = |side: usize, along: usize| Corner {
-                        clip: clipped[corners[side] as usize],
-                        is_within: is_drawn.get(neighbours[along] as usize).copied().unwrap_or(false),
-                    };
-                    let polygon = if is_back {
-                        [corner(0, 2), corner(2, 1), corner(1, 0)]
-                    } else {
-                        [corner(0, 0), corner(1, 1), corner(2, 2)]
-                    };
-                    drawing.add(simd, &polygon);
-                }
-                drawing.finish(simd);
-                begin = end;
-            }
-        }
-    }
-}
-
-/// Draws what covers whole pixels.
-pub(super) fn draw_outlined(
+#[inline(always)]
+pub(super) fn draw_outlined<S: Simd>(
+    simd: S,
     buffer: &mut MaskedDepthBuffer,
     mesh: &OccluderMesh,
     clip_from_model: &DMat4,
     faces: Faces,
 ) {
-    dispatch(DrawOutlined {
-        buffer,
-        mesh,
-        clip_from_model,
-        faces,
-    });
+    let MaskedDepthBuffer {
+        size, tiles, scratch, ..
+    } = buffer;
+    let Scratch {
+        clipped,
+        is_drawn,
+        object,
+        touched,
+        ..
+    } = scratch;
+    clipped.clear();
+    for vertices in &mesh.vertices {
+        let [x, y, z] = vertices;
+        let places = x.iter().zip(y).zip(z);
+        clipped.extend(places.map(|((&x, &y), &z)| *clip_from_model * Vec3::new(x, y, z).as_dvec3().extend(1.0)));
+    }
+    let Some(aabb) = mesh.aabb() else {
+        return;
+    };
+    let least_w = least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), *size);
+    let sides: &[bool] = match faces {
+        Faces::Front => &[false],
+        Faces::Back => &[true],
+        Faces::Both => &[false, true],
+    };
+    for &is_back in sides {
+        is_drawn.clear();
+        for corners in &mesh.triangles {
+            let winding = winding(corners.map(|corner| clipped[corner as usize]));
+            is_drawn.push(if is_back { winding < 0.0 } else { winding > 0.0 });
+        }
+        let mut begin = 0;
+        for &end in &mesh.parts {
+            let mut drawing = Object::begin(*size, tiles, object, touched, least_w);
+            for triangle in begin as usize..end as usize {
+                if !is_drawn[triangle] {
+                    continue;
+                }
+                let (corners, neighbours) = (mesh.triangles[triangle], mesh.neighbours[triangle]);
+                let corner = |side: usize, along: usize| Corner {
+                    clip: clipped[corners[side] as usize],
+                    is_within: is_drawn.get(neighbours[along] as usize).copied().unwrap_or(false),
+                };
+                let polygon = if is_back {
+                    [corner(0, 2), corner(2, 1), corner(1, 0)]
+                } else {
+                    [corner(0, 0), corner(1, 1), corner(2, 2)]
+                };
+                drawing.add(simd, &polygon);
+            }
+            drawing.finish(simd);
+            begin = end;
+        }
+    }
 }
-
-const _: () = assert!(TILE_WIDTH * TILE_HEIGHT == 32 * LANES as u32);

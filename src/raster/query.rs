@@ -11,7 +11,7 @@ use super::{
 use crate::{
     geometry::tolerance,
     spatial::{
-        lanes::{Bounds, Boxes},
+        lanes::Boxes,
         simd::{LANES, Portable, Simd, Task, dispatch},
     },
 };
@@ -104,12 +104,11 @@ impl MaskedDepthBuffer {
     /// Where eight boxes are on the screen.
     #[inline(always)]
     pub(crate) fn rects_of_boxes<S: Simd>(&self, simd: S, boxes: Boxes, clip_from_world: &Mat4) -> [ScreenRect; LANES] {
-        let [min, max]: [&Bounds; 2] = [boxes.min, boxes.max];
         let mut ends = [[simd.splat(0.0); 3]; 2];
         let mut largest = [simd.splat(0.0); 3];
         for axis in 0..3 {
-            ends[0][axis] = simd.load(&min[axis]);
-            ends[1][axis] = simd.load(&max[axis]);
+            ends[0][axis] = simd.load(&boxes.min[axis]);
+            ends[1][axis] = simd.load(&boxes.max[axis]);
             largest[axis] = simd.max(simd.sub(simd.splat(0.0), ends[0][axis]), ends[1][axis]);
         }
         let mut hull = ScreenHull::<S>::empty(simd);

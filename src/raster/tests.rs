@@ -5,8 +5,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Faces, MaskedDepthBuffer, OccluderMesh, RasterMode, cuboid::DrawBox, outline::DrawOutlined, query::TestBoxes,
-    triangles::DrawCenters,
+    Faces, MaskedDepthBuffer, OccluderMesh, RasterMode, cuboid::DrawBox, query::TestBoxes, triangles::DrawMesh,
 };
 use crate::spatial::simd::{Portable, Task, dispatch};
 
@@ -49,25 +48,14 @@ fn both_paths_draw_and_tell_the_same() {
             draw_box(&mut plain).run(Portable);
             let mesh = random_mesh(rng);
             let faces = [Faces::Front, Faces::Back, Faces::Both][rng.random_range(0..3)];
-            if mode == RasterMode::Strict {
-                let draw_mesh = |buffer| DrawOutlined {
-                    buffer,
-                    mesh: &mesh,
-                    clip_from_model: &clip_from_model,
-                    faces,
-                };
-                dispatch(draw_mesh(&mut wide));
-                draw_mesh(&mut plain).run(Portable);
-            } else {
-                let draw_mesh = |buffer| DrawCenters {
-                    buffer,
-                    mesh: &mesh,
-                    clip_from_model: &clip_from_model,
-                    faces,
-                };
-                dispatch(draw_mesh(&mut wide));
-                draw_mesh(&mut plain).run(Portable);
-            }
+            let draw_mesh = |buffer| DrawMesh {
+                buffer,
+                mesh: &mesh,
+                clip_from_model: &clip_from_model,
+                faces,
+            };
+            dispatch(draw_mesh(&mut wide));
+            draw_mesh(&mut plain).run(Portable);
         }
         assert_eq!(wide.tiles, plain.tiles, "{mode:?}, seed {seed}");
 

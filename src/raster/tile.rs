@@ -10,6 +10,8 @@ pub(super) const TILE_HEIGHT: u32 = 8;
 pub(super) const BLOCK_WIDTH: u32 = 8;
 pub(super) const BLOCK_HEIGHT: u32 = 4;
 
+const _: () = assert!(TILE_WIDTH * TILE_HEIGHT == BLOCK_WIDTH * BLOCK_HEIGHT * LANES as u32);
+
 /// Where the blocks of a tile begin, in pixels from its own corner.
 pub(super) const BLOCK_LEFT: [f32; LANES] = [0.0, 8.0, 16.0, 24.0, 0.0, 8.0, 16.0, 24.0];
 pub(super) const BLOCK_TOP: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0];

@@ -1,14 +1,15 @@
 //! Triangles by the centres of pixels, eight at a time.
 
-use bevy::math::{DMat4, Mat4, UVec2};
+use bevy::math::{DMat4, DVec2, DVec4, Mat4, UVec2};
+use smallvec::SmallVec;
 
 use super::{
     buffer::{Faces, MaskedDepthBuffer, RasterMode},
-    clip::{Corner, DepthPlane},
-    cuboid::draw_by_centers,
+    clip::{Corner, Coverage, PolygonRegion, clip_near, depths, is_outside, to_pixels, xyw},
     fill::{Line, Region, fill},
     mesh::OccluderMesh,
-    outline::{Paint, draw_outlined},
+    outline::draw_outlined,
+    plane::{DepthPlane, Paint},
 };
 use crate::spatial::simd::{LANES, Simd, Task, dispatch};
 
@@ -22,15 +23,12 @@ impl MaskedDepthBuffer {
         if !clip_from_model.is_finite() || self.is_out_of_view(mesh, clip_from_model) {
             return;
         }
-        match self.mode {
-            RasterMode::Strict => draw_outlined(self, mesh, clip_from_model, faces),
-            RasterMode::Fast => dispatch(DrawCenters {
-                buffer: self,
-                mesh,
-                clip_from_model,
-                faces,
-            }),
-        }
+        dispatch(DrawMesh {
+            buffer: self,
+            mesh,
+            clip_from_model,
+            faces,
+        });
     }
 
     fn is_out_of_view(&self, mesh: &OccluderMesh, clip_from_model: &DMat4) -> bool {
@@ -38,9 +36,9 @@ impl MaskedDepthBuffer {
             return true;
         };
         let ends = [aabb.min.as_dvec3(), aabb.max.as_dvec3()];
-        super::clip::is_outside((0..8).map(|corner| {
+        is_outside((0..8).map(|corner| {
             let end = |axis: usize| ends[corner >> axis & 1][axis];
-            *clip_from_model * bevy::math::DVec4::new(end(0), end(1), end(2), 1.0)
+            *clip_from_model * DVec4::new(end(0), end(1), end(2), 1.0)
         }))
     }
 }
@@ -67,14 +65,14 @@ struct Batch<S: Simd> {
     depth: [S::F32s; 3],
 }
 
-pub(super) struct DrawCenters<'a> {
+pub(super) struct DrawMesh<'a> {
     pub buffer: &'a mut MaskedDepthBuffer,
     pub mesh: &'a OccluderMesh,
     pub clip_from_model: &'a DMat4,
     pub faces: Faces,
 }
 
-impl Task for DrawCenters<'_> {
+impl Task for DrawMesh<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -85,6 +83,10 @@ impl Task for DrawCenters<'_> {
             clip_from_model,
             faces,
         } = self;
+        if buffer.mode == RasterMode::Strict {
+            draw_outlined(simd, buffer, mesh, clip_from_model, faces);
+            return;
+        }
         let mut on_screen = std::mem::take(&mut buffer.scratch.on_screen);
         project(simd, mesh, &clip_from_model.as_mat4(), buffer.size, &mut on_screen);
         for triangles in mesh.triangles.chunks(LANES) {
@@ -228,11 +230,11 @@ fn draw_special<S: Simd>(
             let (group, lane) = (vertex as usize / LANES, vertex as usize % LANES);
             let at = mesh.vertices[group].map(|axis| f64::from(axis[lane]));
             Corner {
-                clip: *clip_from_model * bevy::math::DVec4::new(at[0], at[1], at[2], 1.0),
+                clip: *clip_from_model * DVec4::new(at[0], at[1], at[2], 1.0),
                 is_within: false,
             }
         });
-        let [p, q, r] = corners.map(|corner| corner.clip.truncate().with_z(corner.clip.w));
+        let [p, q, r] = corners.map(|corner| xyw(corner.clip));
         let is_front = p.dot(q.cross(r)) > 0.0;
         match faces {
             Faces::Front if !is_front => continue,
@@ -244,6 +246,29 @@ fn draw_special<S: Simd>(
         }
         draw_by_centers(simd, buffer, &corners);
     }
+}
+
+/// Draws a convex polygon, whose corners run counter-clockwise as seen, to the pixels whose centres are in it.
+#[inline(always)]
+pub(super) fn draw_by_centers<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, polygon: &[Corner]) {
+    let clipped = clip_near(polygon);
+    let places = clipped.iter().map(|corner| corner.clip);
+    if clipped.is_empty() || places.clone().any(|clip| clip.w <= 0.0) || is_outside(places.clone()) {
+        return;
+    }
+    let pixels: SmallVec<[DVec2; 6]> = places.clone().map(|clip| to_pixels(clip, buffer.size)).collect();
+    let Some(region) = PolygonRegion::new(&pixels, Coverage::Centers, buffer.size) else {
+        return;
+    };
+    let region = region.as_region();
+    let corners = [polygon[0].clip, polygon[1].clip, polygon[2].clip];
+    let plane = DepthPlane::new(corners, &region, depths(places), buffer.size);
+    let tiles_across = buffer.tiles_across();
+    let mut paint = Paint {
+        tiles: &mut buffer.tiles,
+        planes: &[plane],
+    };
+    fill(simd, &region, tiles_across, &mut paint);
 }
 
 /// The pixels, from the first to before the end, whose centres are between three coordinates and on the screen.

@@ -14,8 +14,8 @@ pub(crate) trait Judge<K> {
     /// Where a box is, for this judge.
     type Place: Copy;
 
-    /// The places of the boxes in some lanes.
-    fn places<S: Simd>(&self, simd: S, boxes: Boxes, lanes: u32) -> [Self::Place; LANES];
+    /// The places of eight boxes.
+    fn places<S: Simd>(&self, simd: S, boxes: Boxes) -> [Self::Place; LANES];
 
     /// The greater, the sooner a place is visited.
     fn nearness(place: &Self::Place) -> f32;
@@ -80,7 +80,7 @@ impl<K: Copy, J: Judge<K>> Descend<'_, K, J> {
         if lanes == 0 {
             return;
         }
-        let places = self.judge.places(simd, boxes, lanes);
+        let places = self.judge.places(simd, boxes);
         let begin = self.stack.len();
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % LANES;
