@@ -27,7 +27,7 @@ use super::{
     view::{Bounds, Change, Layers, Request, Sights, View, look},
 };
 use crate::{
-    index::SpatialIndex,
+    index::{SpatialIndex, clip_from_view},
     occlusion::{Occluders, OcclusionBuffer, SoftwareOcclusion, Viewpoint},
 };
 
@@ -75,11 +75,7 @@ pub(super) fn find_visible(
     for (camera, _, frustum, layers, settings, sees_everywhere, occlusion) in &cameras {
         if settings.is_active {
             let viewpoint = occlusion.and_then(|(occlusion, place, projection)| {
-                let clip_from_view = match (projection, &settings.sub_camera_view) {
-                    (Some(projection), Some(part)) => projection.get_clip_from_view_for_sub(part),
-                    (Some(projection), None) => projection.get_clip_from_view(),
-                    (None, _) => settings.clip_from_view(),
-                };
+                let clip_from_view = clip_from_view(settings, projection);
                 let viewpoint =
                     Viewpoint::new(*occlusion, clip_from_view, place.to_matrix(), settings.invert_culling);
                 if viewpoint.is_some() {

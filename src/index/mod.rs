@@ -80,6 +80,7 @@ pub(crate) use spatial_index::Key;
 pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
 pub use stats::SyncStats;
 use views::CameraViews;
+pub(crate) use views::clip_from_view;
 
 use bevy::{
     app::{App, Plugin, PostUpdate},

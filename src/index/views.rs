@@ -8,7 +8,7 @@ use bevy::{
         resource::Resource,
         system::Query,
     },
-    math::{DAffine3, DMat4},
+    math::{DAffine3, DMat4, Mat4},
     transform::components::GlobalTransform,
 };
 
@@ -33,6 +33,16 @@ impl CameraViews {
     }
 }
 
+/// The projection of a camera, or of the part of a view that it shows, also where there is no renderer, and nobody computes
+/// the matrix of the camera.
+pub(crate) fn clip_from_view(camera: &Camera, projection: Option<&Projection>) -> Mat4 {
+    match (projection, &camera.sub_camera_view) {
+        (Some(projection), Some(part)) => projection.get_clip_from_view_for_sub(part),
+        (Some(projection), None) => projection.get_clip_from_view(),
+        (None, _) => camera.clip_from_view(),
+    }
+}
+
 /// Takes over all cameras: there are few.
 pub(super) fn follow_cameras(
     cameras: Query<(
@@ -48,15 +58,9 @@ pub(super) fn follow_cameras(
     views
         .0
         .extend(cameras.iter().map(|(entity, camera, place, projection, layers)| {
-            // Without a renderer nobody computes the matrix of the camera.
-            let clip_from_view = match (projection, &camera.sub_camera_view) {
-                (Some(projection), Some(part)) => projection.get_clip_from_view_for_sub(part),
-                (Some(projection), None) => projection.get_clip_from_view(),
-                (None, _) => camera.clip_from_view(),
-            };
             let view = CameraView {
                 world_from_view: place.affine().as_daffine3(),
-                clip_from_view: clip_from_view.as_dmat4(),
+                clip_from_view: clip_from_view(camera, projection).as_dmat4(),
                 layers: layers.cloned().unwrap_or_default(),
             };
             (entity, view)
