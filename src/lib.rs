@@ -41,6 +41,7 @@
 pub mod culling;
 pub mod geometry;
 pub mod index;
+pub mod lod;
 pub mod mesh;
 pub mod occlusion;
 #[cfg(feature = "picking")]
@@ -71,6 +72,7 @@ pub mod prelude {
             RayHit, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
             SpatialIndexSystems, SweepHit,
         },
+        lod::{LodContent, LodHits, LodLevel, LodMetric, LodReference, ProxyLod, ProxyLodPlugin},
         occlusion::{
             NoOcclusionCulling, Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionBudget,
             OcclusionBuffer, OcclusionPlugin, OcclusionStats, OcclusionSystems, SoftwareOcclusion,
