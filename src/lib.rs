@@ -72,7 +72,10 @@ pub mod prelude {
             RayHit, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
             SpatialIndexSystems, SweepHit,
         },
-        lod::{LodContent, LodHits, LodLevel, LodMetric, LodReference, ProxyLod, ProxyLodPlugin},
+        lod::{
+            LodBias, LodChoices, LodContent, LodHits, LodLevel, LodMetric, LodReference, LodSettings, LodSwapped,
+            LodSystems, ProxyLod, ProxyLodPlugin,
+        },
         occlusion::{
             NoOcclusionCulling, Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionBudget,
             OcclusionBuffer, OcclusionPlugin, OcclusionStats, OcclusionSystems, SoftwareOcclusion,
@@ -96,6 +99,7 @@ impl PluginGroup for SightlinePlugins {
     fn build(self) -> PluginGroupBuilder {
         let group = PluginGroupBuilder::start::<Self>()
             .add(index::SpatialIndexPlugin)
+            .add(lod::ProxyLodPlugin)
             .add(occlusion::OcclusionPlugin)
             .add(culling::ViewCullingPlugin);
         #[cfg(feature = "picking")]

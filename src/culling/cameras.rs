@@ -28,6 +28,7 @@ use super::{
 };
 use crate::{
     index::{SpatialIndex, clip_from_view},
+    lod::{LodChoices, LodView},
     occlusion::{Occluders, OcclusionBuffer, SoftwareOcclusion, Viewpoint},
 };
 
@@ -52,6 +53,7 @@ pub(super) fn find_visible(
     )>,
     mut occlusion_buffers: Query<&mut OcclusionBuffer>,
     occluders: Option<Res<Occluders>>,
+    lods: Option<Res<LodChoices>>,
     mut warned: Local<EntityHashSet>,
     index: Res<SpatialIndex>,
     bounds: Bounds,
@@ -102,6 +104,7 @@ pub(super) fn find_visible(
                     audience: Record::FOR_CAMERAS,
                     sees_everywhere,
                     range_origin: Some(camera),
+                    levels: Some(LodView::Camera(camera)),
                 },
                 view,
             });
@@ -116,6 +119,7 @@ pub(super) fn find_visible(
         bounds: &bounds,
         layers: &layers,
         occluders: occluders.as_deref(),
+        lods: lods.as_deref(),
     };
     let mut pairs: Vec<_> = looking
         .iter_mut()

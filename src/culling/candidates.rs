@@ -26,6 +26,7 @@ use smallvec::SmallVec;
 use super::bits::Bits;
 use crate::{
     index::{HitSurface, PickShape, SimplifiedMesh, SpatialIndex},
+    lod::{LodChoices, ViewLevels},
     occlusion::NoOcclusionCulling,
 };
 
@@ -123,10 +124,18 @@ impl Record {
     pub const RANGED: u16 = 1 << 5;
     /// It has a `ViewVisibility`.
     const HAS_MARK: u16 = 1 << 6;
+    /// It belongs to a level of detail.
+    const LEVELED: u16 = 1 << 7;
 
     #[inline]
     pub fn is(&self, facts: u16) -> bool {
         self.facts & facts == facts
+    }
+
+    /// Whether it is what a view shows, as far as levels of detail go.
+    #[inline]
+    pub fn is_shown_by(&self, levels: Option<&ViewLevels>, lods: Option<&LodChoices>) -> bool {
+        !self.is(Self::LEVELED) || lods.is_none_or(|lods| lods.shows_in(levels, self.entity.index_u32()))
     }
 }
 
@@ -186,7 +195,7 @@ impl Candidates {
     }
 
     /// Looks at an entity as it is now, which is nothing to be seen if there is no `seen`.
-    pub fn refresh(&mut self, entity: Entity, seen: Option<SeenItem>, index: &SpatialIndex) {
+    pub fn refresh(&mut self, entity: Entity, seen: Option<SeenItem>, index: &SpatialIndex, lods: Option<&LodChoices>) {
         let number = entity.index_u32();
         let occupant = self.record(number).entity;
         let Some(seen) = seen else {
@@ -236,6 +245,7 @@ impl Candidates {
             (Record::ON_LAYERS, seen.has_layers),
             (Record::RANGED, seen.is_ranged),
             (Record::HAS_MARK, seen.has_view_visibility),
+            (Record::LEVELED, lods.is_some_and(|lods| lods.is_member(entity))),
         ];
         let facts = facts.into_iter().filter(|&(_, is)| is);
         let classes = self.intern(seen.classes.map_or(&[], |classes| &classes.0));

@@ -29,6 +29,7 @@ use crate::{
         PickShape, SimplifiedMesh, SpatialIndex,
         ticks::{Since, added, changed, ones},
     },
+    lod::LodChoices,
     occlusion::NoOcclusionCulling,
 };
 
@@ -230,6 +231,7 @@ pub(super) fn follow_candidates(
     mut world: ParamSet<(Changes, ViewVisibilities)>,
     seeables: Seeables,
     index: Res<SpatialIndex>,
+    lods: Option<Res<LodChoices>>,
     mut culling: ResMut<ViewCulling>,
     mut found: Local<Found>,
 ) {
@@ -250,16 +252,20 @@ pub(super) fn follow_candidates(
     if culling.index_is_current {
         dirty.extend_from_slice(index.reconciled());
     }
+    let lods = lods.as_deref();
+    dirty.extend_from_slice(lods.map_or(&[], LodChoices::reassigned));
     if !has_missed_some {
         for entity in dirty.drain(..) {
-            culling.candidates.refresh(entity, seeables.get(entity).ok(), &index);
+            culling
+                .candidates
+                .refresh(entity, seeables.get(entity).ok(), &index, lods);
         }
     }
     // Entities may come and go in ways of which nothing tells: by a component that disables them.
     if has_missed_some || culling.candidates.len() != seeables.iter().len() {
         culling.forget();
         for seen in &seeables {
-            culling.candidates.refresh(seen.entity, Some(seen), &index);
+            culling.candidates.refresh(seen.entity, Some(seen), &index, lods);
         }
     }
 

@@ -29,7 +29,10 @@ use super::{
     sorted::amend,
     view::{Bounds, Change, Layers, Request, Sights, View, come, gone, look},
 };
-use crate::index::SpatialIndex;
+use crate::{
+    index::SpatialIndex,
+    lod::{LodChoices, LodView},
+};
 
 /// A shadow map that is drawn in this frame.
 #[derive(Debug)]
@@ -104,6 +107,7 @@ pub(super) fn cull_lights(
     mut light_views: LightViews,
     index: Res<SpatialIndex>,
     ranges: Option<Res<VisibleEntityRanges>>,
+    lods: Option<Res<LodChoices>>,
     bounds: Bounds,
     layers: Layers,
     mut visibilities: ParamSet<(ViewVisibilities, Query<&ViewVisibility>)>,
@@ -131,6 +135,7 @@ pub(super) fn cull_lights(
                 audience,
                 sees_everywhere: false,
                 range_origin,
+                levels: range_origin.map(LodView::Shadows),
                 // What is hidden from a camera still casts its shadow.
                 viewpoint: None,
             },
@@ -215,6 +220,7 @@ pub(super) fn cull_lights(
         bounds: &bounds,
         layers: &layers,
         occluders: None,
+        lods: lods.as_deref(),
     };
     let mut pairs: Vec<_> = shadows
         .iter_mut()

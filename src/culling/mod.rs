@@ -80,6 +80,7 @@ use tracing::warn;
 
 use crate::{
     index::{SpatialIndexPlugin, SpatialIndexSystems},
+    lod::LodSystems,
     occlusion::OcclusionSystems,
 };
 use cameras::Looking;
@@ -141,6 +142,7 @@ impl Plugin for ViewCullingPlugin {
                     ViewCullingSystems::Find
                         .after(SpatialIndexSystems::Sync)
                         .after(OcclusionSystems::FollowOccluders)
+                        .after(LodSystems::Choose)
                         .after(VisibilitySystems::UpdateFrusta)
                         .after(VisibilitySystems::VisibilityPropagate)
                         .before(VisibilitySystems::CheckVisibility)
@@ -159,6 +161,8 @@ impl Plugin for ViewCullingPlugin {
                     ViewCullingSystems::Hide
                         .in_set(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible)
                         .run_if(culls_views),
+                    // A mesh that is swapped occludes as what it is now.
+                    OcclusionSystems::FollowOccluders.after(LodSystems::Choose),
                     // Lights are given bounds there.
                     SpatialIndexSystems::Sync.after(SimulationLightSystems::UpdateBounds),
                 ),

@@ -25,6 +25,7 @@ use super::{
 };
 use crate::{
     index::SpatialIndex,
+    lod::LodChoices,
     occlusion::{NoOcclusionCulling, OcclusionBuffer},
 };
 
@@ -47,6 +48,8 @@ pub enum VisibilityReason {
     OnOtherLayers,
     /// The camera is too near or too far for it (`VisibilityRange`).
     OutOfRange,
+    /// Another level of detail is shown in its place ([`ProxyLod`](crate::lod::ProxyLod)).
+    OtherLevel,
     /// It is outside of the view.
     OutsideFrustum,
     /// It is behind what [occludes](crate::occlusion).
@@ -95,6 +98,7 @@ pub struct VisibilityReasons<'w, 's> {
         ),
     >,
     ranges: Option<Res<'w, VisibleEntityRanges>>,
+    lods: Option<Res<'w, LodChoices>>,
     index: Res<'w, SpatialIndex>,
     settings: Res<'w, ViewCullingSettings>,
 }
@@ -155,6 +159,8 @@ impl VisibilityReasons<'_, '_> {
             VisibilityReason::OnOtherLayers
         } else if is_out_of_range() {
             VisibilityReason::OutOfRange
+        } else if self.lods.as_deref().is_some_and(|lods| !lods.shows(camera, entity)) {
+            VisibilityReason::OtherLevel
         } else if is_outside() {
             VisibilityReason::OutsideFrustum
         } else if is_occluded() {

@@ -18,6 +18,7 @@ use super::{
 };
 use crate::{
     index::{Key, SpatialIndex, mask, ticks::ones},
+    lod::{LodChoices, LodView, ViewLevels},
     occlusion::{Occluders, OcclusionBuffer, Surroundings, Viewpoint},
     spatial::aabb_tree::{Open, Sides},
 };
@@ -41,6 +42,8 @@ pub(super) struct Request {
     pub sees_everywhere: bool,
     /// From where it is decided what is in which range, if there is such a place.
     pub range_origin: Option<Entity>,
+    /// Whose levels of detail are seen, if they are chosen.
+    pub levels: Option<LodView>,
     /// From where it is asked what is hidden, if it is.
     pub viewpoint: Option<Viewpoint>,
 }
@@ -62,6 +65,10 @@ pub(super) struct View {
     pub undecided: Vec<u32>,
     /// The layers of the last frame, if there was one.
     layers: Option<RenderLayers>,
+    /// The version of the levels of detail of the last frame; zero for none.
+    levels: u64,
+    /// What belongs to levels that have switched, by number.
+    switched: Bits,
     /// When its lists were last written.
     pub written: Option<Tick>,
     /// What hides things.
@@ -82,8 +89,8 @@ struct Found {
 struct Question {
     shape: ViewShape,
     layers: RenderLayers,
-    /// With the version of the occluders.
-    hidden_from: Option<(Viewpoint, u64)>,
+    /// With the versions of the occluders and of the levels of detail.
+    hidden_from: Option<(Viewpoint, u64, u64)>,
 }
 
 /// How an entity has changed for a view.
@@ -118,6 +125,7 @@ pub(super) struct Sights<'a, 'w, 's> {
     pub bounds: &'a Bounds<'w, 's>,
     pub layers: &'a Layers<'w, 's>,
     pub occluders: Option<&'a Occluders>,
+    pub lods: Option<&'a LodChoices>,
 }
 
 /// What Bevy tests of an entity.
@@ -177,6 +185,11 @@ pub(super) fn look(
 }
 
 impl Request {
+    /// The levels of detail that are seen: the finest ones, if there are none.
+    fn levels<'a>(&self, sights: Sights<'a, '_, '_>) -> Option<&'a ViewLevels> {
+        sights.lods?.levels_of(self.levels?)
+    }
+
     fn pool<'a>(&self, candidates: &'a Candidates) -> &'a Pool {
         if self.audience == Record::FOR_CAMERAS {
             &candidates.for_cameras
@@ -223,11 +236,13 @@ impl Request {
             mask: self.mask(),
         };
         // Only what is drawn for this camera hides something from it; what is in which range is not known yet.
+        let levels = self.levels(sights);
         let may_occlude = |key: Key| {
             let record = sights.candidates.record(key.entity.index_u32());
             record.entity == key.entity
                 && record.is(self.audience | Record::SHOWN)
                 && !record.is(Record::RANGED)
+                && record.is_shown_by(levels, sights.lods)
                 && (occluders.layers(key.entity)).is_some_and(|layers| self.layers.intersects(layers))
         };
         let mut finder = Finder {
@@ -283,14 +298,17 @@ impl Request {
             found.question = None;
             return false;
         }
-        let hidden_from =
-            (self.viewpoint.zip(sights.occluders)).map(|(viewpoint, occluders)| (viewpoint, occluders.version()));
+        let levels = self.levels(sights).map_or(0, ViewLevels::version);
+        let hidden_from = (self.viewpoint.zip(sights.occluders))
+            .map(|(viewpoint, occluders)| (viewpoint, occluders.version(), levels));
         let known = found.question.as_ref().filter(|_| !sights.has_changed);
         if known.is_some_and(|known| {
             known.shape.is_same(&self.shape)
                 && known.layers == self.layers
                 && match (&known.hidden_from, &hidden_from) {
-                    (Some((one, version)), Some((other, now))) => one.is_same(other) && version == now,
+                    (Some((one, occluders, levels)), Some((other, occluders_now, levels_now))) => {
+                        one.is_same(other) && (occluders, levels) == (occluders_now, levels_now)
+                    }
                     (None, None) => true,
                     _ => false,
                 }
@@ -327,7 +345,7 @@ impl Request {
     }
 
     fn mask(&self) -> u32 {
-        mask::of_layers(&self.layers)
+        mask::of_view(&self.layers)
     }
 
     fn test_one_by_one(&self, sights: Sights, found: &mut Bits) {
@@ -406,10 +424,12 @@ impl View {
         let pool = request.pool(candidates);
         let is_on_default_layer = request.layers.intersects(<&RenderLayers>::default());
         // What is on other layers now is in sight as it was.
-        let recheck_all = self.layers.as_ref() != Some(&request.layers);
-        if recheck_all {
+        let has_other_layers = self.layers.as_ref() != Some(&request.layers);
+        if has_other_layers {
             self.layers = Some(request.layers.clone());
         }
+        let levels = request.levels(sights);
+        let recheck_all = has_other_layers | !self.follow_levels(levels);
 
         let blocks = [&pool.in_tree, &pool.one_by_one, &pool.untested, &self.in_sight];
         let blocks = blocks.map(Bits::blocks).into_iter().max().unwrap_or(0);
@@ -436,7 +456,7 @@ impl View {
                 let recheck = if recheck_all {
                     u64::MAX
                 } else {
-                    candidates.changed.word(word) | candidates.ranged.word(word)
+                    candidates.changed.word(word) | candidates.ranged.word(word) | self.switched.word(word)
                 };
                 self.in_sight.set_word(word, now);
                 for bit in ones(now ^ before | recheck & (now | before)) {
@@ -444,6 +464,7 @@ impl View {
                     let record = candidates.record(number);
                     let is_seen = now >> bit & 1 != 0
                         && record.is(request.audience | Record::SHOWN)
+                        && record.is_shown_by(levels, sights.lods)
                         && if record.is(Record::ON_LAYERS) {
                             request.is_on_layer(sights, record.entity)
                         } else {
@@ -458,6 +479,24 @@ impl View {
                     }
                 }
             }
+        }
+    }
+
+    /// Notes what has switched since the last frame; returns whether that is known.
+    fn follow_levels(&mut self, levels: Option<&ViewLevels>) -> bool {
+        self.switched.clear();
+        let before = std::mem::replace(&mut self.levels, levels.map_or(0, ViewLevels::version));
+        if self.levels == before {
+            return true;
+        }
+        match levels.and_then(|levels| levels.switched_since(before)) {
+            Some(switched) => {
+                switched.iter().for_each(|&number| {
+                    self.switched.insert(number);
+                });
+                true
+            }
+            None => false,
         }
     }
 

@@ -10,6 +10,23 @@ use crate::geometry::volume::BoundingKind;
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct NoSpatialIndex;
 
+/// That views show an entity at some distances only, with others in its place at others: kept by
+/// [`ProxyLodPlugin`](crate::lod::ProxyLodPlugin) on whatever is part of a [`ProxyLod`](crate::lod::ProxyLod).
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Component, Debug, Clone, PartialEq, Hash)]
+pub enum DetailLevel {
+    /// It is found by queries whether it is shown or not: of it, [`QueryVisibility::VisibleInView`] asks no more than
+    /// [`QueryVisibility::Visible`].
+    ///
+    /// [`QueryVisibility::VisibleInView`]: super::QueryVisibility::VisibleInView
+    /// [`QueryVisibility::Visible`]: super::QueryVisibility::Visible
+    Finest,
+    /// It stands in for something finer, and is found by no query.
+    Coarser,
+    /// It is found like any other entity.
+    AsShown,
+}
+
 /// The kind of bounding volume that a ray must enter before the triangles of the entity's mesh are tested, in the local
 /// space of the mesh.
 ///

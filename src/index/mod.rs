@@ -66,7 +66,7 @@ mod triangles;
 mod views;
 
 pub use crate::geometry::ray::triangle::Backfaces;
-pub use components::{BoundedBy, HitSurface, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
+pub use components::{BoundedBy, DetailLevel, HitSurface, NoSpatialIndex, RayCastBackfaces, SimplifiedMesh};
 pub use hit::{HitTriangle, RayHit};
 pub use meshes::{MeshBvhs, MeshStatus};
 #[cfg(feature = "sprite")]
@@ -126,6 +126,7 @@ impl Plugin for SpatialIndexPlugin {
             .init_resource::<SpatialIndexSettings>()
             .init_resource::<SyncStats>()
             .register_type::<BoundedBy>()
+            .register_type::<DetailLevel>()
             .register_type::<HitSurface>()
             .register_type::<NoSpatialIndex>()
             .register_type::<SpatialIndexSettings>()

@@ -22,7 +22,7 @@ use bevy::{
 };
 
 use super::{
-    MeshBvhs, PosedMeshes, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, mesh_slot::MeshSlot,
+    DetailLevel, MeshBvhs, PosedMeshes, QueryVisibility, SceneQuerySettings, SpatialIndex, mask, mesh_slot::MeshSlot,
     spatial_index::Key, surface::PlacedSurface, triangles::TrianglesRef, views::CameraViews,
 };
 use crate::{mesh::PosedMesh, spatial::aabb_tree::Masked};
@@ -49,7 +49,15 @@ pub struct SceneQuery<'w, 's> {
     poses: Res<'w, PosedMeshes>,
     views: Res<'w, CameraViews>,
     /// Every entity that still exists and is not disabled.
-    entities: Query<'w, 's, (Option<&'static ViewVisibility>, Has<VisibilityClass>)>,
+    entities: Query<
+        'w,
+        's,
+        (
+            Option<&'static ViewVisibility>,
+            Has<VisibilityClass>,
+            Option<&'static DetailLevel>,
+        ),
+    >,
 }
 
 impl SceneQuery<'_, '_> {
@@ -106,18 +114,20 @@ impl SceneQuery<'_, '_> {
 
     /// Whether the settings admit the visibility of an entity: for those that do not come from the tree.
     fn admit_visibility(&self, key: Key, settings: &SceneQuerySettings) -> bool {
-        settings.visibility == QueryVisibility::Any || self.index.entry(key.slot).visible
+        let entry = self.index.entry(key.slot);
+        entry.level != Some(DetailLevel::Coarser) && (settings.visibility == QueryVisibility::Any || entry.visible)
     }
 
     /// Whether the settings accept an entity that the index [admits](Self::admit): asks the world, and the user.
     fn confirm(&self, entity: Entity, settings: &SceneQuerySettings) -> bool {
         // Fails for what was despawned or disabled since the index was brought up to date.
-        let Ok((view_visibility, is_drawn)) = self.entities.get(entity) else {
+        let Ok((view_visibility, is_drawn, level)) = self.entities.get(entity) else {
             return false;
         };
-        // No view ever looks at what is not drawn.
+        // No view ever looks at what is not drawn, and what is finest is hit in place of what stands in for it.
         let in_view = settings.visibility != QueryVisibility::VisibleInView
             || !is_drawn
+            || level == Some(&DetailLevel::Finest)
             || view_visibility.is_some_and(|view_visibility| view_visibility.get());
         in_view && settings.predicate.is_none_or(|predicate| predicate(entity))
     }

@@ -16,7 +16,7 @@ use bevy::{
     math::{Affine3A, bounding::Aabb3d},
 };
 
-use super::surface::PlacedSurface;
+use super::{DetailLevel, mask, surface::PlacedSurface};
 use crate::{
     geometry::{aabb::Aabb3dExt, volume::Volume},
     spatial::{AabbTree, LeafId, SpatialQueries, SpatialUpdates, UniformGrid},
@@ -103,6 +103,14 @@ pub(super) struct Entry {
     pub layers: RenderLayers,
     /// Not hidden by itself or an ancestor.
     pub visible: bool,
+    pub level: Option<DetailLevel>,
+}
+
+impl Entry {
+    /// The mask of the leaf.
+    fn mask(&self) -> u32 {
+        mask::of_entity(&self.layers, self.visible, self.level)
+    }
 }
 
 /// What the index is to hold of an entity.

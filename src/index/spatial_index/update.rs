@@ -7,11 +7,8 @@ use bevy::{
 };
 
 use super::{Contents, Key, Moves, NO_SLOT, Refusal, Slot, SpatialIndex, Tenant};
-use crate::{
-    index::mask,
-    spatial::{
-        AabbTree, LeafId, NoSuchLeaf, SpatialUpdates, UniformGrid, UnsoundBox, UpdateError, uniform_grid::GridSettings,
-    },
+use crate::spatial::{
+    AabbTree, LeafId, NoSuchLeaf, SpatialUpdates, UniformGrid, UnsoundBox, UpdateError, uniform_grid::GridSettings,
 };
 
 /// Fewer boxes than this are not worth a task for each structure.
@@ -24,7 +21,7 @@ impl SpatialIndex {
         let slots: Vec<Slot> = free.chain(self.tenants.len() as Slot..).take(new.len()).collect();
         let leaves = || {
             slots.iter().zip(&*new).map(|(&slot, &(entity, ref contents))| {
-                let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
+                let mask = contents.entry.mask();
                 (Key { entity, slot }, contents.world, mask)
             })
         };
@@ -68,7 +65,7 @@ impl SpatialIndex {
         (tenant.local, tenant.has_surface) = (contents.local, contents.surface.is_some());
         tenant.is_posed = contents.is_posed();
         moves.push(tenant, contents.world);
-        let mask = mask::of_entity(&contents.entry.layers, contents.entry.visible);
+        let mask = contents.entry.mask();
         if self.tree.mask(tenant.leaf) != Some(mask) {
             self.tree.set_mask(tenant.leaf, mask).expect("a tenant has a leaf");
         }

@@ -22,7 +22,7 @@ use bevy::{
 use smallvec::SmallVec;
 
 use crate::index::{
-    BoundedBy, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
+    BoundedBy, DetailLevel, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
     pick_shape::DerivedShape,
     spatial_index::Moves,
     ticks::{Since, added, changed, ones},
@@ -60,6 +60,7 @@ type Watched = (
     Option<Ref<'static, RenderLayers>>,
     Option<Ref<'static, RayCastBackfaces>>,
     Option<Ref<'static, NoSpatialIndex>>,
+    Option<Ref<'static, DetailLevel>>,
 );
 
 /// Any of that has changed.
@@ -77,6 +78,7 @@ type AnyChanged = Or<(
     Changed<RenderLayers>,
     Changed<RayCastBackfaces>,
     Changed<NoSpatialIndex>,
+    Changed<DetailLevel>,
 )>;
 
 /// The entities that have changed.
@@ -169,6 +171,7 @@ impl<'w> Table<'w> {
             layers,
             backfaces,
             not_in,
+            level,
         ): (
             &'w [Entity],
             ContiguousRef<'w, GlobalTransform>,
@@ -184,6 +187,7 @@ impl<'w> Table<'w> {
             Option<ContiguousRef<'w, RenderLayers>>,
             Option<ContiguousRef<'w, RayCastBackfaces>>,
             Option<ContiguousRef<'w, NoSpatialIndex>>,
+            Option<ContiguousRef<'w, DetailLevel>>,
         ),
     ) -> Self {
         let bounded = added(aabb.clone());
@@ -201,6 +205,7 @@ impl<'w> Table<'w> {
             changed(layers),
             changed(backfaces),
             changed(not_in),
+            changed(level),
         ];
         Self {
             entities,
@@ -264,6 +269,7 @@ pub(in crate::index) struct Removed<'w, 's> {
     skin: RemovedComponents<'w, 's, SkinnedMesh>,
     morph_weights: RemovedComponents<'w, 's, MeshMorphWeights>,
     no_spatial_index: RemovedComponents<'w, 's, NoSpatialIndex>,
+    level: RemovedComponents<'w, 's, DetailLevel>,
     disabled: RemovedComponents<'w, 's, Disabled>,
     newly_disabled: Query<'w, 's, Entity, (With<Disabled>, Added<Disabled>)>,
 }
@@ -286,6 +292,7 @@ impl Removed<'_, '_> {
             .chain(self.skin.read())
             .chain(self.morph_weights.read())
             .chain(self.no_spatial_index.read())
+            .chain(self.level.read())
             .chain(self.disabled.read())
             .chain(&self.newly_disabled)
     }

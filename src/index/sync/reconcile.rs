@@ -25,8 +25,8 @@ use crate::{
         volume::Volume,
     },
     index::{
-        BoundedBy, HitSurface, MeshBvhs, NoSpatialIndex, PickShape, PosedMeshes, RayCastBackfaces, Refusal,
-        SimplifiedMesh, SpatialIndex,
+        BoundedBy, DetailLevel, HitSurface, MeshBvhs, NoSpatialIndex, PickShape, PosedMeshes, RayCastBackfaces,
+        Refusal, SimplifiedMesh, SpatialIndex,
         meshes::Role,
         pick_shape::DerivedShape,
         pose::{PoseId, PoseInputs},
@@ -50,6 +50,7 @@ pub(in crate::index) struct Indexed {
     hit_surface: Option<&'static HitSurface>,
     visibility: Option<&'static InheritedVisibility>,
     layers: Option<&'static RenderLayers>,
+    level: Option<&'static DetailLevel>,
     has_backfaces: Has<RayCastBackfaces>,
     has_skin: Has<SkinnedMesh>,
     has_morph_weights: Has<MeshMorphWeights>,
@@ -221,6 +222,7 @@ impl Reconciler<'_> {
             entry: Entry {
                 layers: item.layers.cloned().unwrap_or_default(),
                 visible: item.visibility.is_none_or(|visibility| visibility.get()),
+                level: item.level.copied(),
             },
         }))
     }

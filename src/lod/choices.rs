@@ -1,0 +1,109 @@
+//! What every view shows, to be asked.
+
+use bevy::{
+    ecs::{entity::Entity, resource::Resource},
+    platform::collections::HashMap,
+};
+
+use super::{
+    groups::{GroupId, Groups},
+    view_levels::ViewLevels,
+};
+
+/// Which levels are shown, in every view, as of the last [`LodSystems::Choose`](super::LodSystems::Choose).
+#[derive(Resource, Debug, Default)]
+pub struct LodChoices {
+    pub(super) groups: Groups,
+    pub(super) views: HashMap<LodView, ViewLevels>,
+    /// The camera for which meshes are swapped.
+    pub(super) main: Option<Entity>,
+    /// What belongs to other levels than before, or to some and not before, or not any more.
+    pub(super) reassigned: Vec<Entity>,
+    /// The groups that have changed since levels were last chosen.
+    pub(super) changed: Vec<GroupId>,
+    /// Whether shadow maps are as cameras are.
+    pub(super) shadows_follow_cameras: bool,
+    /// The last version that was given to a view.
+    pub(super) versions: u64,
+}
+
+/// Who looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum LodView {
+    Camera(Entity),
+    /// Shadow maps whose levels are chosen from the place of a camera, or of something else.
+    Shadows(Entity),
+}
+
+impl LodChoices {
+    /// The level that a camera shows of a group, from zero for the finest. `group` is the root. `None` if it is none, or
+    /// the camera is not active. Of a group whose meshes are swapped, all cameras show what the
+    /// [main camera](super::LodSettings::main_camera) does. The group may be hidden as a whole, by a coarser level of a
+    /// group that it is in: see [`shows`](Self::shows).
+    pub fn level(&self, group: Entity, view: Entity) -> Option<usize> {
+        let id = self.groups.of_root(group)?;
+        let camera = self.views.get(&LodView::Camera(view))?;
+        let levels = if self.groups.is_swapped(id) {
+            self.main_levels()?
+        } else {
+            camera
+        };
+        Some(usize::from(levels.level(id)))
+    }
+
+    /// Whether a camera shows an entity as far as levels of detail go: whether it belongs to the level that is shown of its
+    /// group, and so up to the outermost. True of whatever belongs to none.
+    pub fn shows(&self, view: Entity, entity: Entity) -> bool {
+        self.groups.of_member(entity).is_none()
+            || self.shows_in(self.levels_of(LodView::Camera(view)), entity.index_u32())
+    }
+
+    /// The root of the group to which an entity belongs, with the levels that show it.
+    pub fn group_of(&self, entity: Entity) -> Option<(Entity, impl Iterator<Item = usize> + use<>)> {
+        let within = self.groups.of_member(entity)?;
+        let root = self.groups.get(within.group)?.root;
+        Some((root, (0..8).filter(move |level| within.levels >> level & 1 == 1)))
+    }
+
+    /// How many groups there are.
+    pub fn len(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Whether there is no group.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The camera for which meshes are swapped, if there is any.
+    pub fn main_camera(&self) -> Option<Entity> {
+        self.main
+    }
+
+    pub(crate) fn is_member(&self, entity: Entity) -> bool {
+        self.groups.of_member(entity).is_some()
+    }
+
+    /// Whether a view shows the entity of this number, which belongs to some level.
+    #[inline]
+    pub(crate) fn shows_in(&self, levels: Option<&ViewLevels>, number: u32) -> bool {
+        self.groups.shows(levels, self.main_levels(), number)
+    }
+
+    pub(crate) fn levels_of(&self, view: LodView) -> Option<&ViewLevels> {
+        let view = match view {
+            LodView::Shadows(origin) if self.shadows_follow_cameras => LodView::Camera(origin),
+            view => view,
+        };
+        self.views.get(&view)
+    }
+
+    /// What belongs to other levels than in the last frame.
+    pub(crate) fn reassigned(&self) -> &[Entity] {
+        &self.reassigned
+    }
+
+    pub(super) fn main_levels(&self) -> Option<&ViewLevels> {
+        self.views.get(&LodView::Camera(self.main?))
+    }
+}

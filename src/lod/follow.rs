@@ -1,0 +1,257 @@
+//! Following the groups: what they are, and what belongs to them.
+
+use bevy::{
+    asset::{AssetEvent, AssetId, Assets},
+    camera::{
+        primitives::{Aabb, MeshAabb},
+        visibility::{NoAutoAabb, NoFrustumCulling},
+    },
+    ecs::{
+        change_detection::{DetectChangesMut, Res, ResMut},
+        entity::{Entity, EntityHashSet},
+        hierarchy::Children,
+        lifecycle::RemovedComponents,
+        message::MessageReader,
+        name::NameOrEntity,
+        query::{Changed, Has, With},
+        system::{Commands, Local, Query, SystemParam},
+    },
+    mesh::{Mesh, Mesh3d},
+    platform::collections::{HashMap, HashSet},
+};
+use tracing::warn;
+
+use super::{
+    LodChoices, LodHits, ProxyLod,
+    groups::{Contents, Group, GroupId, MeshLevel},
+};
+use crate::index::{DetailLevel, SimplifiedMesh};
+
+/// What has changed since the last frame.
+#[derive(SystemParam)]
+pub(super) struct Changes<'w, 's> {
+    changed: Query<'w, 's, Entity, Changed<ProxyLod>>,
+    removed: RemovedComponents<'w, 's, ProxyLod>,
+    children_changed: Query<'w, 's, Entity, (Changed<Children>, With<DetailLevel>)>,
+    children_removed: RemovedComponents<'w, 's, Children>,
+    members_removed: RemovedComponents<'w, 's, DetailLevel>,
+}
+
+/// Buffers, kept for their memory.
+#[derive(Default)]
+pub(super) struct Buffers {
+    dirty: Vec<GroupId>,
+    touched: Vec<Entity>,
+    new_levels: Vec<(Entity, DetailLevel)>,
+    warned: EntityHashSet,
+}
+
+/// Brings the groups up to date, and tells the index what their members are.
+pub(super) fn follow_groups(
+    mut changes: Changes,
+    lods: Query<(NameOrEntity, &ProxyLod)>,
+    entities: Query<Option<&Children>>,
+    members: Query<&DetailLevel>,
+    mut choices: ResMut<LodChoices>,
+    mut commands: Commands,
+    mut buffers: Local<Buffers>,
+) {
+    let Buffers {
+        dirty,
+        touched,
+        new_levels,
+        warned,
+    } = &mut *buffers;
+    let LodChoices {
+        groups,
+        reassigned,
+        changed,
+        ..
+    } = &mut *choices;
+    groups.begin_frame();
+    reassigned.clear();
+    touched.clear();
+
+    for root in changes.removed.read().filter(|&root| !lods.contains(root)) {
+        warned.remove(&root);
+        let id = groups.of_root(root);
+        if let Some(group) = groups.remove(root, dirty, touched) {
+            changed.extend(id);
+            give_back(&group, &mut commands);
+        }
+    }
+    for root in &changes.changed {
+        if let Ok((name, lod)) = lods.get(root) {
+            let mut flaws = Vec::new();
+            groups.insert(root, lod, &mut flaws, dirty);
+            warn_once(&name, root, &flaws, warned);
+        }
+    }
+    let restructured = (changes.children_changed.iter())
+        .chain(changes.children_removed.read())
+        .chain(changes.members_removed.read());
+    for entity in restructured {
+        dirty.extend(groups.of_member(entity).map(|within| within.group));
+    }
+    if dirty.is_empty() && touched.is_empty() {
+        return;
+    }
+
+    dirty.sort_unstable();
+    dirty.dedup();
+    dirty.retain(|&id| groups.get(id).is_some());
+    let children = |entity| Some(entities.get(entity).ok()?.map_or(&[][..], |children| children));
+    for &id in &*dirty {
+        let mut flaws = Vec::new();
+        groups.find_members(id, &children, &mut flaws, touched);
+        if let Some(Ok((name, _))) = groups.get(id).map(|group| lods.get(group.root)) {
+            warn_once(&name, name.entity, &flaws, warned);
+        }
+    }
+    // What is nested is as detailed as what it is in.
+    for &id in &*dirty {
+        groups.visit_members(id, &mut |member| touched.push(member));
+    }
+    touched.sort_unstable();
+    touched.dedup();
+    for &entity in &*touched {
+        let wanted = groups.detail_level(entity);
+        let is_now = members.get(entity).ok().copied();
+        match wanted {
+            Some(level) if is_now != wanted && entities.contains(entity) => new_levels.push((entity, level)),
+            None if is_now.is_some() => {
+                commands.entity(entity).try_remove::<DetailLevel>();
+            }
+            _ => {}
+        }
+    }
+    if !new_levels.is_empty() {
+        commands.try_insert_batch(std::mem::take(new_levels));
+    }
+    reassigned.append(touched);
+    changed.append(dirty);
+}
+
+fn warn_once(name: &impl std::fmt::Display, root: Entity, flaws: &[super::groups::Flaw], warned: &mut EntityHashSet) {
+    if let Some(flaw) = flaws.first()
+        && warned.insert(root)
+    {
+        warn!("the levels of detail of {name} ({root}) are not shown as they should be: {flaw}");
+    }
+}
+
+/// Takes back what an entity was given for its swapped meshes.
+fn give_back(group: &Group, commands: &mut Commands) {
+    if group.given.has_bounds {
+        commands.entity(group.root).try_remove::<NoAutoAabb>();
+    }
+    if group.given.has_simplified_mesh {
+        commands.entity(group.root).try_remove::<SimplifiedMesh>();
+    }
+    if let (Contents::Meshes(levels), Some(1..)) = (&group.contents, group.applied)
+        && let Some(MeshLevel::Mesh(finest)) = levels.first()
+    {
+        commands.entity(group.root).try_insert(Mesh3d(finest.clone()));
+    }
+}
+
+/// The boxes of meshes, and whose levels they are.
+#[derive(Default)]
+pub(super) struct MeshBoxes {
+    boxes: HashMap<AssetId<Mesh>, Option<Aabb>>,
+    users: HashMap<AssetId<Mesh>, HashSet<GroupId>>,
+}
+
+/// Gives entities whose meshes are swapped the box of all of them, so that it stays the same, and has rays hit the finest.
+pub(super) fn bound_swapped(
+    assets: Option<Res<Assets<Mesh>>>,
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    roots: Query<(
+        Option<&Aabb>,
+        Has<NoAutoAabb>,
+        Has<NoFrustumCulling>,
+        Option<&SimplifiedMesh>,
+    )>,
+    mut choices: ResMut<LodChoices>,
+    mut commands: Commands,
+    mut meshes: Local<MeshBoxes>,
+    mut due: Local<Vec<GroupId>>,
+) {
+    let LodChoices { groups, changed, .. } = choices.bypass_change_detection();
+    let MeshBoxes { boxes, users } = &mut *meshes;
+    for event in events.read() {
+        let (AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id }) = *event else {
+            continue;
+        };
+        if boxes.remove(&id).is_some() {
+            due.extend(users.remove(&id).into_iter().flatten());
+        }
+    }
+    due.extend(&*changed);
+    if due.is_empty() {
+        return;
+    }
+    due.sort_unstable();
+    due.dedup();
+    let Some(assets) = assets else {
+        due.clear();
+        return;
+    };
+    for id in due.drain(..) {
+        let Some(group) = groups.get_mut(id) else {
+            continue;
+        };
+        let Contents::Meshes(levels) = &group.contents else {
+            continue;
+        };
+        let Ok((aabb, has_own_bounds, is_never_culled, simplified)) = roots.get(group.root) else {
+            continue;
+        };
+        let mut around: Option<Aabb> = None;
+        let mut available = 0;
+        for (number, level) in levels.iter().enumerate() {
+            let mesh = match level {
+                MeshLevel::Mesh(mesh) => mesh.id(),
+                MeshLevel::Streamed(_) => continue,
+                MeshLevel::Nothing => {
+                    available |= 1 << number;
+                    continue;
+                }
+            };
+            let of_mesh = boxes
+                .entry(mesh)
+                .or_insert_with(|| assets.get(mesh).and_then(MeshAabb::compute_aabb));
+            users.entry(mesh).or_default().insert(id);
+            if let Some(of_mesh) = of_mesh {
+                available |= 1 << number;
+                around = Some(around.map_or(*of_mesh, |around| union(&around, of_mesh)));
+            }
+        }
+        let mut root = commands.entity(group.root);
+        if let Some(around) = around
+            && !is_never_culled
+            && (group.given.has_bounds || !has_own_bounds)
+            && aabb != Some(&around)
+        {
+            group.given.has_bounds = true;
+            root.try_insert((around, NoAutoAabb));
+        }
+        if let Some(MeshLevel::Mesh(finest)) = levels.first()
+            && group.hits == LodHits::Finest
+            && (group.given.has_simplified_mesh || simplified.is_none())
+        {
+            if simplified.is_none_or(|simplified| simplified.0 != *finest) {
+                root.try_insert(SimplifiedMesh(finest.clone()));
+            }
+            group.given.has_simplified_mesh = true;
+        } else if std::mem::take(&mut group.given.has_simplified_mesh) {
+            root.try_remove::<SimplifiedMesh>();
+        }
+        groups.set_available(id, available);
+        changed.push(id);
+    }
+}
+
+fn union(one: &Aabb, other: &Aabb) -> Aabb {
+    Aabb::from_min_max(one.min().min(other.min()).into(), one.max().max(other.max()).into())
+}

@@ -1,0 +1,570 @@
+//! All groups, what belongs to them, and how they are nested.
+
+use std::fmt;
+
+use bevy::{
+    asset::{AssetPath, Handle},
+    camera::primitives::Aabb,
+    ecs::entity::{Entity, EntityHashMap},
+    mesh::Mesh,
+};
+use smallvec::SmallVec;
+
+use super::{
+    LodContent, LodHits, LodMetric, LodReference, ProxyLod,
+    lens::{MAX_LEVELS, Reaches},
+    view_levels::ViewLevels,
+};
+use crate::index::DetailLevel;
+
+/// The number of a group.
+pub(crate) type GroupId = u32;
+
+/// All groups, what belongs to them, and how they are nested.
+///
+/// Whatever is at or below an entity that a level lists belongs to that level, unless a nearer one is listed: each entity
+/// to one group at most. What a view shows of the group of its group decides about both, to any depth.
+#[derive(Debug, Default)]
+pub(super) struct Groups {
+    records: Vec<Option<Group>>,
+    free: Vec<GroupId>,
+    /// Not to be given to others within the frame in which they were freed.
+    freed: Vec<GroupId>,
+    of_root: EntityHashMap<GroupId>,
+    /// By which levels an entity is listed: by two groups only if it is the root of the first.
+    listed: EntityHashMap<SmallVec<[Within; 1]>>,
+    /// By index in the world.
+    members: Vec<Member>,
+    /// What is read for each entity in each view.
+    links: Vec<Link>,
+    /// What is read to choose levels.
+    pub reaches: Vec<Reaches>,
+    /// One bit for each level that could be shown.
+    pub available: Vec<u8>,
+}
+
+/// Some levels of a group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Within {
+    pub group: GroupId,
+    /// One bit for each.
+    pub levels: u8,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    /// [`Entity::PLACEHOLDER`] if nobody with this index belongs to a group.
+    entity: Entity,
+    within: Within,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    parent: Option<Within>,
+    is_swapped: bool,
+}
+
+/// A group.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    pub root: Entity,
+    pub contents: Contents,
+    pub metric: LodMetric,
+    pub reference: LodReference,
+    pub bias: f32,
+    pub hits: LodHits,
+    pub given_bounds: Option<Aabb>,
+    pub thresholds: SmallVec<[f32; MAX_LEVELS]>,
+    /// Its bounds in the space of the root, as far as they are known.
+    pub bounds: Option<Aabb>,
+    /// Those of no nearer group.
+    pub members: Vec<Entity>,
+    /// The groups of which it shows or hides the roots.
+    pub nested: Vec<GroupId>,
+    /// The level whose mesh its root has.
+    pub applied: Option<u8>,
+    /// What else its root has been given.
+    pub given: Given,
+}
+
+/// What an entity has been given because its meshes are swapped.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Given {
+    /// A box around all of its meshes.
+    pub has_bounds: bool,
+    /// The finest mesh, for rays.
+    pub has_simplified_mesh: bool,
+}
+
+/// What the levels of a group show.
+#[derive(Clone, Debug)]
+pub(super) enum Contents {
+    Meshes(SmallVec<[MeshLevel; 4]>),
+    /// Nothing is an empty list.
+    Entities(SmallVec<[Vec<Entity>; 4]>),
+}
+
+/// A mesh that is swapped in.
+#[derive(Clone, Debug)]
+pub(super) enum MeshLevel {
+    Mesh(Handle<Mesh>),
+    Streamed(AssetPath<'static>),
+    Nothing,
+}
+
+/// What is wrong with a group; it is shown all the same, as far as that goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Flaw {
+    TooManyLevels,
+    MixedContents,
+    NothingBeforeOthers,
+    Threshold,
+    Bias,
+    /// An entity is listed by two groups.
+    Shared(Entity),
+    /// The group is part of itself.
+    Cycle,
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::TooManyLevels => write!(f, "it has more than {MAX_LEVELS} levels; those after are left out"),
+            Self::MixedContents => write!(
+                f,
+                "it has levels that are meshes and levels that are entities; those unlike the first are left out"
+            ),
+            Self::NothingBeforeOthers => write!(
+                f,
+                "a level that shows nothing is not the last; those after are left out"
+            ),
+            Self::Threshold => write!(
+                f,
+                "a threshold is NaN or negative, or they are not in order; levels may never be shown"
+            ),
+            Self::Bias => write!(f, "its bias is not a positive number, and counts as 1"),
+            Self::Shared(entity) => write!(f, "{entity} is part of another group, and not of this one"),
+            Self::Cycle => write!(f, "it is part of itself"),
+        }
+    }
+}
+
+impl Group {
+    /// Reads a component, as far as it makes sense.
+    fn read(root: Entity, lod: &ProxyLod, flaws: &mut Vec<Flaw>) -> Self {
+        let mut thresholds = SmallVec::new();
+        let is_mesh = |content: &LodContent| matches!(content, LodContent::Mesh(_) | LodContent::Streamed(_));
+        let first_is_mesh = lod.levels.iter().find_map(|level| match level.content {
+            LodContent::Nothing => None,
+            _ => Some(is_mesh(&level.content)),
+        });
+        let mut contents = if first_is_mesh == Some(false) {
+            Contents::Entities(SmallVec::new())
+        } else {
+            Contents::Meshes(SmallVec::new())
+        };
+        for (number, level) in lod.levels.iter().enumerate() {
+            if thresholds.len() == MAX_LEVELS {
+                flaws.push(Flaw::TooManyLevels);
+                break;
+            }
+            match (&mut contents, &level.content) {
+                (Contents::Meshes(levels), LodContent::Mesh(mesh)) => levels.push(MeshLevel::Mesh(mesh.clone())),
+                (Contents::Meshes(levels), LodContent::Streamed(path)) => {
+                    levels.push(MeshLevel::Streamed(path.clone()))
+                }
+                (Contents::Meshes(levels), LodContent::Nothing) => levels.push(MeshLevel::Nothing),
+                (Contents::Entities(levels), LodContent::Entities(entities)) => levels.push(entities.clone()),
+                (Contents::Entities(levels), LodContent::Nothing) => levels.push(Vec::new()),
+                _ => {
+                    flaws.push(Flaw::MixedContents);
+                    continue;
+                }
+            }
+            thresholds.push(level.threshold);
+            if level.content == LodContent::Nothing && number + 1 < lod.levels.len() {
+                flaws.push(Flaw::NothingBeforeOthers);
+                break;
+            }
+        }
+        let rest = thresholds.get(1..).unwrap_or(&[]);
+        let are_numbers = rest.iter().all(|&threshold: &f32| threshold >= 0.0);
+        let are_in_order = rest.windows(2).all(|pair| match lod.metric {
+            LodMetric::Height => pair[0] >= pair[1],
+            LodMetric::Distance => pair[0] <= pair[1],
+            LodMetric::PixelError(_) => true,
+        });
+        if !are_numbers || !are_in_order {
+            flaws.push(Flaw::Threshold);
+        }
+        let is_sound = lod.bias > 0.0 && lod.bias.is_finite();
+        if !is_sound {
+            flaws.push(Flaw::Bias);
+        }
+        Self {
+            root,
+            contents,
+            metric: lod.metric,
+            reference: lod.reference,
+            bias: if is_sound { lod.bias } else { 1.0 },
+            hits: lod.hits,
+            given_bounds: lod.bounds,
+            thresholds,
+            bounds: None,
+            members: Vec::new(),
+            nested: Vec::new(),
+            applied: None,
+            given: Given::default(),
+        }
+    }
+
+    /// How many levels there are.
+    pub fn levels(&self) -> usize {
+        self.thresholds.len()
+    }
+
+    /// The entities that levels list, with the levels of each.
+    fn listed(&self) -> impl Iterator<Item = (Entity, u8)> + '_ {
+        let levels: &[Vec<Entity>] = match &self.contents {
+            Contents::Entities(levels) => levels,
+            Contents::Meshes(_) => &[],
+        };
+        (levels.iter().enumerate())
+            .flat_map(|(level, entities)| entities.iter().map(move |&entity| (entity, 1 << level)))
+    }
+
+    /// The levels that show a mesh.
+    fn mesh_levels(&self) -> u8 {
+        match &self.contents {
+            Contents::Meshes(levels) => levels.iter().enumerate().fold(0, |bits, (number, level)| {
+                bits | u8::from(!matches!(level, MeshLevel::Nothing)) << number
+            }),
+            Contents::Entities(_) => 0,
+        }
+    }
+}
+
+impl Groups {
+    const NOBODY: Member = Member {
+        entity: Entity::PLACEHOLDER,
+        within: Within { group: 0, levels: 0 },
+    };
+
+    pub fn get(&self, id: GroupId) -> Option<&Group> {
+        self.records.get(id as usize)?.as_ref()
+    }
+
+    pub fn get_mut(&mut self, id: GroupId) -> Option<&mut Group> {
+        self.records.get_mut(id as usize)?.as_mut()
+    }
+
+    /// The group of which an entity is the root.
+    pub fn of_root(&self, root: Entity) -> Option<GroupId> {
+        self.of_root.get(&root).copied()
+    }
+
+    pub fn ids(&self) -> impl Iterator<Item = GroupId> + '_ {
+        self.of_root.values().copied()
+    }
+
+    pub fn len(&self) -> usize {
+        self.of_root.len()
+    }
+
+    /// To which levels an entity belongs.
+    #[inline]
+    pub fn of_member(&self, entity: Entity) -> Option<Within> {
+        let member = self.members.get(entity.index_u32() as usize)?;
+        (member.entity == entity).then_some(member.within)
+    }
+
+    /// Notes which levels could be shown, one bit for each.
+    pub fn set_available(&mut self, id: GroupId, available: u8) {
+        self.available[id as usize] = available;
+    }
+
+    /// Whether the levels of a group are meshes.
+    pub fn is_swapped(&self, id: GroupId) -> bool {
+        self.links[id as usize].is_swapped
+    }
+
+    /// The levels that decide about those of a group.
+    pub fn parent(&self, id: GroupId) -> Option<Within> {
+        self.links.get(id as usize)?.parent
+    }
+
+    /// Whether a view shows the entity of this number; `main` decides about meshes that are swapped. Where nothing is known
+    /// the finest is shown.
+    #[inline]
+    pub fn shows(&self, view: Option<&ViewLevels>, main: Option<&ViewLevels>, number: u32) -> bool {
+        let Some(member) = self
+            .members
+            .get(number as usize)
+            .filter(|member| member.within.levels != 0)
+        else {
+            return true;
+        };
+        let mut within = member.within;
+        loop {
+            let link = self.links[within.group as usize];
+            let levels = if link.is_swapped { main } else { view };
+            let level = levels.map_or(0, |levels| levels.level(within.group));
+            if within.levels >> level & 1 == 0 {
+                return false;
+            }
+            match link.parent {
+                Some(parent) => within = parent,
+                None => return true,
+            }
+        }
+    }
+
+    /// Visits the members of a group, and those of the groups in it.
+    pub fn visit_members(&self, id: GroupId, visit: &mut impl FnMut(Entity)) {
+        if let Some(group) = self.get(id) {
+            group.members.iter().for_each(|&member| visit(member));
+            group
+                .nested
+                .iter()
+                .for_each(|&nested| self.visit_members(nested, visit));
+        }
+    }
+
+    /// What an entity is to queries, if it belongs to a group.
+    pub fn detail_level(&self, entity: Entity) -> Option<DetailLevel> {
+        let mut within = self.of_member(entity)?;
+        let mut detail = DetailLevel::AsShown;
+        loop {
+            let link = self.links[within.group as usize];
+            if !link.is_swapped && self.get(within.group)?.hits == LodHits::Finest {
+                if within.levels & 1 == 0 {
+                    return Some(DetailLevel::Coarser);
+                }
+                detail = DetailLevel::Finest;
+            }
+            match link.parent {
+                Some(parent) => within = parent,
+                None => return Some(detail),
+            }
+        }
+    }
+
+    /// Begins a frame: what was freed in the last may be used again.
+    pub fn begin_frame(&mut self) {
+        self.free.append(&mut self.freed);
+    }
+
+    /// Adds a group, or reads it anew. Groups that are affected, itself among them, are added to `dirty`.
+    pub fn insert(&mut self, root: Entity, lod: &ProxyLod, flaws: &mut Vec<Flaw>, dirty: &mut Vec<GroupId>) {
+        let mut group = Group::read(root, lod, flaws);
+        let id = match self.of_root.get(&root) {
+            Some(&id) => {
+                self.unlist(id);
+                if let Some(old) = self.records[id as usize].take() {
+                    (group.members, group.nested) = (old.members, old.nested);
+                    (group.given, group.bounds) = (old.given, old.bounds);
+                }
+                id
+            }
+            None => {
+                let id = self.free.pop().unwrap_or_else(|| {
+                    self.records.push(None);
+                    self.links.push(Link {
+                        parent: None,
+                        is_swapped: false,
+                    });
+                    self.reaches.push(Reaches::NONE);
+                    self.available.push(0);
+                    self.records.len() as GroupId - 1
+                });
+                self.of_root.insert(root, id);
+                id
+            }
+        };
+        // Whoever has what is in this group now has to give it back.
+        let listed = group.listed().map(|(entity, _)| entity);
+        dirty.extend(
+            listed
+                .chain([root])
+                .filter_map(|entity| Some(self.of_member(entity)?.group)),
+        );
+        dirty.extend(self.parent(id).map(|parent| parent.group));
+        dirty.push(id);
+        for (entity, levels) in group.listed() {
+            let by = self.listed.entry(entity).or_default();
+            if let Some(own) = by.iter_mut().find(|within| within.group == id) {
+                own.levels |= levels;
+            } else if entity == root {
+                by.insert(0, Within { group: id, levels });
+            } else if by.iter().any(|within| {
+                self.records[within.group as usize]
+                    .as_ref()
+                    .is_none_or(|other| other.root != entity)
+            }) {
+                flaws.push(Flaw::Shared(entity));
+            } else {
+                by.push(Within { group: id, levels });
+            }
+        }
+        self.links[id as usize].is_swapped = matches!(group.contents, Contents::Meshes(_));
+        self.records[id as usize] = Some(group);
+    }
+
+    /// Takes a group out, if there is one. Those that are affected are added to `dirty`, and whatever may have belonged to
+    /// it to `touched`.
+    pub fn remove(&mut self, root: Entity, dirty: &mut Vec<GroupId>, touched: &mut Vec<Entity>) -> Option<Group> {
+        let id = self.of_root.remove(&root)?;
+        self.unlist(id);
+        let group = self.records[id as usize].take()?;
+        dirty.extend(self.links[id as usize].parent.take().map(|parent| parent.group));
+        for &nested in &group.nested {
+            self.links[nested as usize].parent = None;
+            dirty.push(nested);
+        }
+        for &member in &group.members {
+            self.release(member, id);
+            touched.push(member);
+        }
+        self.reaches[id as usize] = Reaches::NONE;
+        self.available[id as usize] = 0;
+        self.freed.push(id);
+        Some(group)
+    }
+
+    /// Finds out anew what belongs to a group, by the `children` of entities. Whatever did or does is added to `touched`.
+    pub fn find_members<'a>(
+        &mut self,
+        id: GroupId,
+        children: &impl Fn(Entity) -> Option<&'a [Entity]>,
+        flaws: &mut Vec<Flaw>,
+        touched: &mut Vec<Entity>,
+    ) {
+        let Some(mut group) = self.records[id as usize].take() else {
+            return;
+        };
+        for member in group.members.drain(..) {
+            self.release(member, id);
+            touched.push(member);
+        }
+        for nested in group.nested.drain(..) {
+            if self.links[nested as usize]
+                .parent
+                .is_some_and(|parent| parent.group == id)
+            {
+                self.links[nested as usize].parent = None;
+            }
+        }
+        let mut available = group.mesh_levels();
+        if available != 0 {
+            self.claim(
+                group.root,
+                Within {
+                    group: id,
+                    levels: available,
+                },
+                &mut group,
+            );
+        }
+        let listed: SmallVec<[(Entity, u8); 8]> = group.listed().collect();
+        for (entity, _) in listed {
+            let own = (self.listed.get(&entity)).and_then(|by| by.iter().find(|within| within.group == id).copied());
+            let (Some(within), Some(_)) = (own, children(entity)) else {
+                continue;
+            };
+            if self.of_member(entity).is_some_and(|other| other.group == id) {
+                continue;
+            }
+            available |= within.levels;
+            self.walk(entity, within, &mut group, children, flaws);
+        }
+        // To show nothing is always possible.
+        let levels = group.levels();
+        let last_is_empty = match &group.contents {
+            Contents::Meshes(levels) => matches!(levels.last(), Some(MeshLevel::Nothing)),
+            Contents::Entities(levels) => levels.last().is_some_and(Vec::is_empty),
+        };
+        available |= u8::from(last_is_empty) << levels.saturating_sub(1);
+        self.available[id as usize] = available;
+        touched.extend(&group.members);
+        self.records[id as usize] = Some(group);
+    }
+
+    /// Takes what is at and below an entity into a group, but for what is listed otherwise.
+    fn walk<'a>(
+        &mut self,
+        top: Entity,
+        within: Within,
+        group: &mut Group,
+        children: &impl Fn(Entity) -> Option<&'a [Entity]>,
+        flaws: &mut Vec<Flaw>,
+    ) {
+        let mut open: SmallVec<[Entity; 16]> = SmallVec::from_slice(&[top]);
+        while let Some(entity) = open.pop() {
+            let by = self.listed.get(&entity).map_or(&[][..], |by| by);
+            let is_own = by.iter().any(|other| other.group == within.group);
+            let inner = self.of_root(entity).filter(|&inner| inner != within.group);
+            let is_of_inner = inner.is_some_and(|inner| by.iter().any(|other| other.group == inner));
+            if entity != top && (is_own || !by.is_empty() && !is_of_inner) {
+                continue;
+            }
+            let mut is_claimed = is_of_inner;
+            if let Some(inner) = inner {
+                if self.is_within(within.group, inner) {
+                    flaws.push(Flaw::Cycle);
+                    continue;
+                }
+                self.links[inner as usize].parent = Some(within);
+                group.nested.push(inner);
+                is_claimed |= self.links[inner as usize].is_swapped;
+            }
+            if !is_claimed {
+                self.claim(entity, within, group);
+            }
+            if !is_of_inner {
+                open.extend(children(entity).into_iter().flatten().copied());
+            }
+        }
+    }
+
+    /// Whether a group is another, or in it.
+    fn is_within(&self, id: GroupId, outer: GroupId) -> bool {
+        let mut at = Some(id);
+        while let Some(id) = at {
+            if id == outer {
+                return true;
+            }
+            at = self.links[id as usize].parent.map(|parent| parent.group);
+        }
+        false
+    }
+
+    fn claim(&mut self, entity: Entity, within: Within, group: &mut Group) {
+        let number = entity.index_u32() as usize;
+        if self.members.len() <= number {
+            self.members.resize(number + 1, Self::NOBODY);
+        }
+        self.members[number] = Member { entity, within };
+        group.members.push(entity);
+    }
+
+    fn release(&mut self, entity: Entity, id: GroupId) {
+        if self.of_member(entity).is_some_and(|within| within.group == id) {
+            self.members[entity.index_u32() as usize] = Self::NOBODY;
+        }
+    }
+
+    /// Forgets what a group lists.
+    fn unlist(&mut self, id: GroupId) {
+        let Some(group) = &self.records[id as usize] else {
+            return;
+        };
+        for (entity, _) in group.listed() {
+            if let Some(by) = self.listed.get_mut(&entity) {
+                by.retain(|within| within.group != id);
+                if by.is_empty() {
+                    self.listed.remove(&entity);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Where groups are, and how large.
+
+use std::cmp::Reverse;
+
+use bevy::{
+    camera::primitives::Aabb,
+    ecs::{
+        change_detection::Ref,
+        entity::Entity,
+        query::{Changed, Or, With},
+        system::{Query, SystemParam},
+    },
+    math::{DAffine3, Mat3A, Vec3A},
+    transform::components::GlobalTransform,
+};
+use smallvec::SmallVec;
+
+use super::{
+    LodReference, ProxyLod,
+    groups::{Contents, Group, GroupId, Groups},
+    lens::Reaches,
+};
+use crate::{
+    geometry::volume::Volume,
+    index::{
+        DetailLevel,
+        ticks::{Since, changed, ones},
+    },
+};
+
+type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
+
+/// What has moved since the last frame.
+#[derive(SystemParam)]
+pub(super) struct Movements<'w, 's> {
+    watched: Query<'w, 's, (Entity, Ref<'static, GlobalTransform>, Option<Ref<'static, Aabb>>), InGroup>,
+    changed: Query<'w, 's, Entity, (InGroup, Or<(Changed<GlobalTransform>, Changed<Aabb>)>)>,
+}
+
+/// Where entities are.
+pub(super) type Places<'w, 's> = Query<'w, 's, (&'static GlobalTransform, Option<&'static Aabb>)>;
+
+impl Movements<'_, '_> {
+    /// Whatever belongs to a group, or is the root of one, and has moved or got other bounds.
+    pub fn visit(&self, mut visit: impl FnMut(Entity)) {
+        let Ok(tables) = self.watched.contiguous_iter() else {
+            // Something decides which entities are disabled that is not stored in tables.
+            self.changed.iter().for_each(visit);
+            return;
+        };
+        for (entities, transforms, aabbs) in tables {
+            let since = Since::last_read(&transforms);
+            let columns = [changed(Some(transforms)), changed(aabbs)];
+            let columns: SmallVec<[_; 2]> = columns.into_iter().flatten().collect();
+            for block in since.blocks_with_newer(&columns, 0..entities.len()) {
+                let newer = (columns.iter()).fold(0, |newer, ticks| newer | since.newer(&ticks[block.clone()]));
+                ones(newer).for_each(|row| visit(entities[block.start + row as usize]));
+            }
+        }
+    }
+}
+
+impl Groups {
+    /// Finds out anew where groups are, and how large, those in others before these. `displaced` is extended by all that
+    /// contain one of them.
+    pub fn place(&mut self, displaced: &mut Vec<GroupId>, places: &Places) {
+        let mut end = 0;
+        while end < displaced.len() {
+            displaced.extend(self.parent(displaced[end]).map(|parent| parent.group));
+            end += 1;
+        }
+        let depth = |mut id: GroupId| {
+            let mut depth = 0;
+            while let Some(parent) = self.parent(id) {
+                (id, depth) = (parent.group, depth + 1);
+            }
+            depth
+        };
+        displaced.sort_unstable_by_key(|&id| (Reverse(depth(id)), id));
+        displaced.dedup();
+        for &id in &*displaced {
+            let Some(group) = self.get(id) else {
+                continue;
+            };
+            let bounds = group.given_bounds.or_else(|| self.bounds_of(group, places));
+            let reaches = reaches(group, bounds, places);
+            if let Some(group) = self.get_mut(id) {
+                group.bounds = bounds;
+            }
+            self.reaches[id as usize] = reaches;
+        }
+    }
+
+    /// The box of what the first level of a group shows, in the space of its root.
+    fn bounds_of(&self, group: &Group, places: &Places) -> Option<Aabb> {
+        let (root, own) = places.get(group.root).ok()?;
+        if matches!(group.contents, Contents::Meshes(_)) {
+            return own.copied();
+        }
+        let root_from_world = root.affine().as_daffine3().inverse();
+        if !root_from_world.is_finite() {
+            return None;
+        }
+        let mut around: Option<(Vec3A, Vec3A)> = None;
+        let mut add = |world_from_local: DAffine3, local: &Aabb| {
+            let root_from_local = (root_from_world * world_from_local).as_affine3a();
+            let local = bevy::math::bounding::Aabb3d {
+                min: local.min(),
+                max: local.max(),
+            };
+            let aabb = local.transformed_by_affine(&root_from_local);
+            let (min, max) = around.unwrap_or((aabb.min, aabb.max));
+            around = Some((min.min(aabb.min), max.max(aabb.max)));
+        };
+        for &member in &group.members {
+            let is_first = self.of_member(member).is_some_and(|within| within.levels & 1 == 1);
+            if is_first && let Ok((place, Some(aabb))) = places.get(member) {
+                add(place.affine().as_daffine3(), aabb);
+            }
+        }
+        for &nested in &group.nested {
+            let is_first = self.parent(nested).is_some_and(|within| within.levels & 1 == 1);
+            if is_first
+                && let Some(nested) = self.get(nested)
+                && let Some(aabb) = &nested.bounds
+                && let Ok((place, _)) = places.get(nested.root)
+            {
+                add(place.affine().as_daffine3(), aabb);
+            }
+        }
+        let (min, max) = around.filter(|(min, max)| min.is_finite() && max.is_finite())?;
+        Some(Aabb::from_min_max(min.into(), max.into()))
+    }
+}
+
+/// What is needed of a group to choose its level.
+fn reaches(group: &Group, bounds: Option<Aabb>, places: &Places) -> Reaches {
+    let place = places.get(group.root).ok().zip(bounds).map(|((place, _), bounds)| {
+        let world_from_root = place.affine();
+        let matrix = world_from_root.matrix3;
+        let center = world_from_root.transform_point3a(bounds.center);
+        let half = box_half_extents(&matrix, bounds.half_extents);
+        let around = match group.reference {
+            LodReference::NearestPoint => (center - half, center + half),
+            LodReference::Center => (center, center),
+        };
+        (around, 2.0 * radius(&matrix, bounds.half_extents), stretch(&matrix))
+    });
+    let (around, diameter, scale) = place.map_or((None, 0.0, 1.0), |(around, diameter, scale)| {
+        (Some(around), diameter, scale)
+    });
+    let thresholds = group.thresholds.iter().skip(1).copied();
+    Reaches::new(group.metric, group.bias, diameter, scale, around, thresholds)
+}
+
+/// The half extents of the world box around a transformed box.
+fn box_half_extents(matrix: &Mat3A, half_extents: Vec3A) -> Vec3A {
+    matrix.x_axis.abs() * half_extents.x + matrix.y_axis.abs() * half_extents.y + matrix.z_axis.abs() * half_extents.z
+}
+
+/// The radius of the sphere around a transformed box, by the farthest of its corners: the same however it is turned.
+fn radius(matrix: &Mat3A, half_extents: Vec3A) -> f32 {
+    let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let corners = corners.map(|(y, z)| *matrix * (half_extents * Vec3A::new(1.0, y, z)));
+    corners.into_iter().map(Vec3A::length).fold(0.0, f32::max)
+}
+
+/// By how much a transform stretches lengths at most: exact without shear, and never too little.
+///
+/// The square of it is the largest eigenvalue of `MᵀM`, which is at most the largest sum of a row (Gershgorin 1931).
+fn stretch(matrix: &Mat3A) -> f32 {
+    let gram = matrix.transpose() * *matrix;
+    let row = |axis: Vec3A| axis.abs().element_sum();
+    [gram.x_axis, gram.y_axis, gram.z_axis]
+        .map(row)
+        .into_iter()
+        .fold(0.0, f32::max)
+        .sqrt()
+}
