@@ -33,13 +33,14 @@ mod visibility;
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 16] = [
+const GROUPS: [(&str, fn(Effort)); 17] = [
     ("bounding", bounding::run),
     ("build", spatial::build::run),
     ("choosing", spatial::choosing::run),
     ("culling", visibility::culling::run),
     ("geometry", geometry::run),
     ("lights", visibility::lights::run),
+    ("lod", visibility::lod::run),
     ("memory", spatial::memory::run),
     ("mesh", mesh::run),
     ("nearest", spatial::nearest::run),

@@ -13,6 +13,7 @@
 pub(crate) mod culling;
 mod frames;
 pub(crate) mod lights;
+pub(crate) mod lod;
 pub(crate) mod occlusion;
 mod scene;
 mod side;
