@@ -5,10 +5,7 @@ use bevy::{
     platform::collections::HashMap,
 };
 
-use super::{
-    groups::{GroupId, Groups},
-    view_levels::ViewLevels,
-};
+use super::{groups::Groups, place::Pending, view_levels::ViewLevels};
 
 /// Which levels are shown, in every view, as of the last [`LodSystems::Choose`](super::LodSystems::Choose).
 #[derive(Resource, Debug, Default)]
@@ -19,8 +16,7 @@ pub struct LodChoices {
     pub(super) main: Option<Entity>,
     /// What belongs to other levels than before, or to some and not before, or not any more.
     pub(super) reassigned: Vec<Entity>,
-    /// The groups that have changed since levels were last chosen.
-    pub(super) changed: Vec<GroupId>,
+    pub(super) pending: Pending,
     /// Whether shadow maps are as cameras are.
     pub(super) shadows_follow_cameras: bool,
     /// The last version that was given to a view.

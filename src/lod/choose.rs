@@ -20,7 +20,7 @@ use super::{
     choices::LodView,
     groups::{Contents, GroupId, Groups, MeshLevel},
     lens::Lens,
-    place::{Movements, Places},
+    place::{Change, Movements, Places},
     view_levels::{Sight, ViewLevels},
 };
 use crate::index::{DetailLevel, NoSpatialIndex, SpatialIndex, clip_from_view};
@@ -60,22 +60,15 @@ pub(super) fn choose_levels(
     let is_synchronised = index.syncs() != *syncs;
     *syncs = index.syncs();
     let choices = &mut *choices;
-    if choices.groups.len() == 0 && choices.changed.is_empty() {
+    if choices.groups.len() == 0 && choices.pending.ids().is_empty() {
         choices.views.clear();
         return;
     }
     if index.is_changed() || !is_synchronised || !unindexed.is_empty() {
-        let groups = &choices.groups;
-        movements.visit(|entity| {
-            choices
-                .changed
-                .extend(groups.of_member(entity).map(|within| within.group));
-            choices.changed.extend(groups.of_root(entity));
-        });
+        let LodChoices { groups, pending, .. } = choices;
+        movements.visit(|entity, by_itself| groups.note_movement(entity, by_itself, pending));
     }
-    choices.changed.sort_unstable();
-    choices.changed.dedup();
-    choices.groups.place(&mut choices.changed, &places);
+    choices.groups.place(&mut choices.pending, &places);
 
     views.clear();
     choices.shadows_follow_cameras = settings.shadow_bias == 1.0;
@@ -130,14 +123,14 @@ pub(super) fn choose_levels(
     let LodChoices {
         groups,
         views: levels,
-        changed,
+        pending,
         versions,
         ..
     } = choices;
     levels.retain(|view, _| views.iter().any(|(other, _)| other == view));
     for &(view, sight) in &*views {
         let levels = levels.entry(view).or_default();
-        levels.update(sight, &groups.reaches, &groups.available, changed, now);
+        levels.update(sight, &groups.reaches, &groups.available, pending.ids(), now);
         levels.list_members(groups);
         if let LodView::Camera(view) = view {
             tell(view, levels, groups, &mut commands);
@@ -157,9 +150,10 @@ pub(super) fn choose_levels(
         levels.list_members_of(&swapped, groups);
         levels.settle(has_other_main, versions);
     }
-    changed.extend(swapped);
+    swapped.into_iter().for_each(|id| pending.note(id, Change::Displaced));
     if has_other_main {
-        changed.extend(groups.ids().filter(|&id| groups.is_swapped(id)));
+        let swapped = groups.ids().filter(|&id| groups.is_swapped(id));
+        swapped.for_each(|id| pending.note(id, Change::Displaced));
     }
 }
 
@@ -217,7 +211,7 @@ pub(super) fn swap_meshes(
 ) {
     let choices = choices.bypass_change_detection();
     let main = choices.main;
-    for id in choices.changed.drain(..) {
+    for &id in choices.pending.ids() {
         let levels = main.and_then(|main| choices.views.get(&LodView::Camera(main)));
         let level = levels.map_or(0, |levels| levels.level(id));
         let Some(group) = choices.groups.get_mut(id) else {
@@ -249,4 +243,5 @@ pub(super) fn swap_meshes(
             _ => {}
         }
     }
+    choices.pending.clear();
 }

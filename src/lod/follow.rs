@@ -7,13 +7,13 @@ use bevy::{
         visibility::{NoAutoAabb, NoFrustumCulling},
     },
     ecs::{
-        change_detection::{DetectChangesMut, Res, ResMut},
+        change_detection::{ContiguousRef, DetectChangesMut, Ref, Res, ResMut},
         entity::{Entity, EntityHashSet},
-        hierarchy::Children,
+        hierarchy::{ChildOf, Children},
         lifecycle::RemovedComponents,
         message::MessageReader,
         name::NameOrEntity,
-        query::{Changed, Has, With},
+        query::{Changed, Has},
         system::{Commands, Local, Query, SystemParam},
     },
     mesh::{Mesh, Mesh3d},
@@ -23,23 +23,58 @@ use tracing::warn;
 
 use super::{
     LodChoices, LodHits, ProxyLod,
-    groups::{Contents, Group, GroupId, MeshLevel},
+    groups::{Contents, Family, Group, GroupId, MeshLevel},
+    place::{Change, InGroup},
 };
-use crate::index::{DetailLevel, SimplifiedMesh};
+use crate::index::{
+    DetailLevel, SimplifiedMesh,
+    ticks::{Since, ones},
+};
 
 /// What has changed since the last frame.
 #[derive(SystemParam)]
 pub(super) struct Changes<'w, 's> {
-    changed: Query<'w, 's, Entity, Changed<ProxyLod>>,
+    lods: Query<'w, 's, (Entity, Ref<'static, ProxyLod>)>,
+    lods_changed: Query<'w, 's, Entity, Changed<ProxyLod>>,
     removed: RemovedComponents<'w, 's, ProxyLod>,
-    children_changed: Query<'w, 's, Entity, (Changed<Children>, With<DetailLevel>)>,
+    children: Query<'w, 's, (Entity, Ref<'static, Children>), InGroup>,
+    children_changed: Query<'w, 's, Entity, (Changed<Children>, InGroup)>,
     children_removed: RemovedComponents<'w, 's, Children>,
     members_removed: RemovedComponents<'w, 's, DetailLevel>,
+}
+
+impl Changes<'_, '_> {
+    /// Finds groups that are new, or were changed, and entities with other children than before.
+    fn find(&self, changed: &mut Vec<Entity>, restructured: &mut Vec<Entity>) {
+        changed.clear();
+        restructured.clear();
+        match self.lods.contiguous_iter() {
+            Ok(tables) => tables.for_each(|(entities, column)| collect(entities, &column, changed)),
+            // Something decides which entities are disabled that is not stored in tables.
+            Err(_) => changed.extend(&self.lods_changed),
+        }
+        match self.children.contiguous_iter() {
+            Ok(tables) => tables.for_each(|(entities, column)| collect(entities, &column, restructured)),
+            Err(_) => restructured.extend(&self.children_changed),
+        }
+    }
+}
+
+/// Collects the entities of a table of which a column has changed.
+fn collect<T>(entities: &[Entity], column: &ContiguousRef<T>, found: &mut Vec<Entity>) {
+    let since = Since::last_read(column);
+    let ticks = column.changed_ticks_slice();
+    for block in since.blocks_with_newer(&[ticks], 0..entities.len()) {
+        let newer = since.newer(&ticks[block.clone()]);
+        found.extend(ones(newer).map(|row| entities[block.start + row as usize]));
+    }
 }
 
 /// Buffers, kept for their memory.
 #[derive(Default)]
 pub(super) struct Buffers {
+    found: Vec<Entity>,
+    restructured: Vec<Entity>,
     dirty: Vec<GroupId>,
     touched: Vec<Entity>,
     new_levels: Vec<(Entity, DetailLevel)>,
@@ -50,13 +85,15 @@ pub(super) struct Buffers {
 pub(super) fn follow_groups(
     mut changes: Changes,
     lods: Query<(NameOrEntity, &ProxyLod)>,
-    entities: Query<Option<&Children>>,
+    entities: Query<(Option<&Children>, Option<&ChildOf>)>,
     members: Query<&DetailLevel>,
     mut choices: ResMut<LodChoices>,
     mut commands: Commands,
     mut buffers: Local<Buffers>,
 ) {
     let Buffers {
+        found,
+        restructured,
         dirty,
         touched,
         new_levels,
@@ -65,7 +102,7 @@ pub(super) fn follow_groups(
     let LodChoices {
         groups,
         reassigned,
-        changed,
+        pending,
         ..
     } = &mut *choices;
     groups.begin_frame();
@@ -76,22 +113,22 @@ pub(super) fn follow_groups(
         warned.remove(&root);
         let id = groups.of_root(root);
         if let Some(group) = groups.remove(root, dirty, touched) {
-            changed.extend(id);
+            id.into_iter().for_each(|id| pending.note(id, Change::Resized));
             give_back(&group, &mut commands);
         }
     }
-    for root in &changes.changed {
+    changes.find(found, restructured);
+    for &root in &*found {
         if let Ok((name, lod)) = lods.get(root) {
             let mut flaws = Vec::new();
             groups.insert(root, lod, &mut flaws, dirty);
             warn_once(&name, root, &flaws, warned);
         }
     }
-    let restructured = (changes.children_changed.iter())
-        .chain(changes.children_removed.read())
-        .chain(changes.members_removed.read());
-    for entity in restructured {
+    restructured.extend(changes.children_removed.read().chain(changes.members_removed.read()));
+    for &entity in &*restructured {
         dirty.extend(groups.of_member(entity).map(|within| within.group));
+        dirty.extend(groups.of_root(entity));
     }
     if dirty.is_empty() && touched.is_empty() {
         return;
@@ -100,10 +137,16 @@ pub(super) fn follow_groups(
     dirty.sort_unstable();
     dirty.dedup();
     dirty.retain(|&id| groups.get(id).is_some());
-    let children = |entity| Some(entities.get(entity).ok()?.map_or(&[][..], |children| children));
+    let family = |entity| {
+        let (children, parent) = entities.get(entity).ok()?;
+        Some(Family {
+            children: children.map_or(&[], |children| children),
+            parent: parent.map(ChildOf::parent),
+        })
+    };
     for &id in &*dirty {
         let mut flaws = Vec::new();
-        groups.find_members(id, &children, &mut flaws, touched);
+        groups.find_members(id, &family, &mut flaws, touched);
         if let Some(Ok((name, _))) = groups.get(id).map(|group| lods.get(group.root)) {
             warn_once(&name, name.entity, &flaws, warned);
         }
@@ -129,7 +172,7 @@ pub(super) fn follow_groups(
         commands.try_insert_batch(std::mem::take(new_levels));
     }
     reassigned.append(touched);
-    changed.append(dirty);
+    dirty.drain(..).for_each(|id| pending.note(id, Change::Resized));
 }
 
 fn warn_once(name: &impl std::fmt::Display, root: Entity, flaws: &[super::groups::Flaw], warned: &mut EntityHashSet) {
@@ -177,7 +220,7 @@ pub(super) fn bound_swapped(
     mut meshes: Local<MeshBoxes>,
     mut due: Local<Vec<GroupId>>,
 ) {
-    let LodChoices { groups, changed, .. } = choices.bypass_change_detection();
+    let LodChoices { groups, pending, .. } = choices.bypass_change_detection();
     let MeshBoxes { boxes, users } = &mut *meshes;
     for event in events.read() {
         let (AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id }) = *event else {
@@ -187,7 +230,7 @@ pub(super) fn bound_swapped(
             due.extend(users.remove(&id).into_iter().flatten());
         }
     }
-    due.extend(&*changed);
+    due.extend(pending.ids());
     if due.is_empty() {
         return;
     }
@@ -248,7 +291,7 @@ pub(super) fn bound_swapped(
             root.try_remove::<SimplifiedMesh>();
         }
         groups.set_available(id, available);
-        changed.push(id);
+        pending.note(id, Change::Resized);
     }
 }
 

@@ -20,6 +20,9 @@ use crate::index::DetailLevel;
 /// The number of a group.
 pub(crate) type GroupId = u32;
 
+/// No group has this number.
+const NO_GROUP: GroupId = GroupId::MAX;
+
 /// All groups, what belongs to them, and how they are nested.
 ///
 /// Whatever is at or below an entity that a level lists belongs to that level, unless a nearer one is listed: each entity
@@ -30,7 +33,9 @@ pub(super) struct Groups {
     free: Vec<GroupId>,
     /// Not to be given to others within the frame in which they were freed.
     freed: Vec<GroupId>,
-    of_root: EntityHashMap<GroupId>,
+    /// By index in the world; [`NO_GROUP`] for those that are roots of none.
+    of_root: Vec<GroupId>,
+    len: usize,
     /// By which levels an entity is listed: by two groups only if it is the root of the first.
     listed: EntityHashMap<SmallVec<[Within; 1]>>,
     /// By index in the world.
@@ -77,6 +82,8 @@ pub(super) struct Group {
     pub thresholds: SmallVec<[f32; MAX_LEVELS]>,
     /// Its bounds in the space of the root, as far as they are known.
     pub bounds: Option<Aabb>,
+    /// Whether what it lists is elsewhere than right below its root, and so may move by itself unnoticed.
+    pub is_loose: bool,
     /// Those of no nearer group.
     pub members: Vec<Entity>,
     /// The groups of which it shows or hides the roots.
@@ -110,6 +117,13 @@ pub(super) enum MeshLevel {
     Mesh(Handle<Mesh>),
     Streamed(AssetPath<'static>),
     Nothing,
+}
+
+/// The relations of an entity that exists.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Family<'a> {
+    pub children: &'a [Entity],
+    pub parent: Option<Entity>,
 }
 
 /// What is wrong with a group; it is shown all the same, as far as that goes.
@@ -211,6 +225,7 @@ impl Group {
             given_bounds: lod.bounds,
             thresholds,
             bounds: None,
+            is_loose: false,
             members: Vec::new(),
             nested: Vec::new(),
             applied: None,
@@ -260,15 +275,16 @@ impl Groups {
 
     /// The group of which an entity is the root.
     pub fn of_root(&self, root: Entity) -> Option<GroupId> {
-        self.of_root.get(&root).copied()
+        let &id = self.of_root.get(root.index_u32() as usize)?;
+        (id != NO_GROUP && self.get(id)?.root == root).then_some(id)
     }
 
     pub fn ids(&self) -> impl Iterator<Item = GroupId> + '_ {
-        self.of_root.values().copied()
+        (0..self.records.len() as GroupId).filter(|&id| self.get(id).is_some())
     }
 
     pub fn len(&self) -> usize {
-        self.of_root.len()
+        self.len
     }
 
     /// To which levels an entity belongs.
@@ -357,8 +373,8 @@ impl Groups {
     /// Adds a group, or reads it anew. Groups that are affected, itself among them, are added to `dirty`.
     pub fn insert(&mut self, root: Entity, lod: &ProxyLod, flaws: &mut Vec<Flaw>, dirty: &mut Vec<GroupId>) {
         let mut group = Group::read(root, lod, flaws);
-        let id = match self.of_root.get(&root) {
-            Some(&id) => {
+        let id = match self.of_root(root) {
+            Some(id) => {
                 self.unlist(id);
                 if let Some(old) = self.records[id as usize].take() {
                     (group.members, group.nested) = (old.members, old.nested);
@@ -377,7 +393,12 @@ impl Groups {
                     self.available.push(0);
                     self.records.len() as GroupId - 1
                 });
-                self.of_root.insert(root, id);
+                let number = root.index_u32() as usize;
+                if self.of_root.len() <= number {
+                    self.of_root.resize(number + 1, NO_GROUP);
+                }
+                self.of_root[number] = id;
+                self.len += 1;
                 id
             }
         };
@@ -413,7 +434,9 @@ impl Groups {
     /// Takes a group out, if there is one. Those that are affected are added to `dirty`, and whatever may have belonged to
     /// it to `touched`.
     pub fn remove(&mut self, root: Entity, dirty: &mut Vec<GroupId>, touched: &mut Vec<Entity>) -> Option<Group> {
-        let id = self.of_root.remove(&root)?;
+        let id = self.of_root(root)?;
+        self.of_root[root.index_u32() as usize] = NO_GROUP;
+        self.len -= 1;
         self.unlist(id);
         let group = self.records[id as usize].take()?;
         dirty.extend(self.links[id as usize].parent.take().map(|parent| parent.group));
@@ -431,11 +454,12 @@ impl Groups {
         Some(group)
     }
 
-    /// Finds out anew what belongs to a group, by the `children` of entities. Whatever did or does is added to `touched`.
+    /// Finds out anew what belongs to a group, by the `children` of entities, with their parents. Whatever did or does is
+    /// added to `touched`.
     pub fn find_members<'a>(
         &mut self,
         id: GroupId,
-        children: &impl Fn(Entity) -> Option<&'a [Entity]>,
+        family: &impl Fn(Entity) -> Option<Family<'a>>,
         flaws: &mut Vec<Flaw>,
         touched: &mut Vec<Entity>,
     ) {
@@ -454,6 +478,7 @@ impl Groups {
                 self.links[nested as usize].parent = None;
             }
         }
+        group.is_loose = false;
         let mut available = group.mesh_levels();
         if available != 0 {
             self.claim(
@@ -468,14 +493,15 @@ impl Groups {
         let listed: SmallVec<[(Entity, u8); 8]> = group.listed().collect();
         for (entity, _) in listed {
             let own = (self.listed.get(&entity)).and_then(|by| by.iter().find(|within| within.group == id).copied());
-            let (Some(within), Some(_)) = (own, children(entity)) else {
+            let (Some(within), Some(found)) = (own, family(entity)) else {
                 continue;
             };
+            group.is_loose |= entity != group.root && found.parent != Some(group.root);
             if self.of_member(entity).is_some_and(|other| other.group == id) {
                 continue;
             }
             available |= within.levels;
-            self.walk(entity, within, &mut group, children, flaws);
+            self.walk(entity, within, &mut group, family, flaws);
         }
         // To show nothing is always possible.
         let levels = group.levels();
@@ -495,7 +521,7 @@ impl Groups {
         top: Entity,
         within: Within,
         group: &mut Group,
-        children: &impl Fn(Entity) -> Option<&'a [Entity]>,
+        family: &impl Fn(Entity) -> Option<Family<'a>>,
         flaws: &mut Vec<Flaw>,
     ) {
         let mut open: SmallVec<[Entity; 16]> = SmallVec::from_slice(&[top]);
@@ -521,7 +547,7 @@ impl Groups {
                 self.claim(entity, within, group);
             }
             if !is_of_inner {
-                open.extend(children(entity).into_iter().flatten().copied());
+                open.extend(family(entity).into_iter().flat_map(|family| family.children).copied());
             }
         }
     }

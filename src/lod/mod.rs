@@ -85,10 +85,10 @@ impl Plugin for ProxyLodPlugin {
                 PostUpdate,
                 (
                     (follow::follow_groups, follow::bound_swapped)
-                        .chain()
+                        .chain_ignore_deferred()
                         .in_set(LodSystems::Follow),
                     (choose::choose_levels, choose::swap_meshes)
-                        .chain()
+                        .chain_ignore_deferred()
                         .in_set(LodSystems::Choose),
                 ),
             );

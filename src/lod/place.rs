@@ -11,7 +11,7 @@ use bevy::{
         system::{Query, SystemParam},
     },
     math::{DAffine3, Mat3A, Vec3A},
-    transform::components::GlobalTransform,
+    transform::components::{GlobalTransform, Transform},
 };
 use smallvec::SmallVec;
 
@@ -28,45 +28,137 @@ use crate::{
     },
 };
 
-type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
+/// The groups that have changed since levels were last chosen.
+#[derive(Debug, Default)]
+pub(super) struct Pending {
+    ids: Vec<GroupId>,
+    /// By group.
+    changes: Vec<Option<Change>>,
+}
+
+/// How a group has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Change {
+    /// It shows other levels, or is somewhere else.
+    Displaced,
+    /// It may have other bounds, or other members.
+    Resized,
+}
+
+impl Pending {
+    pub fn note(&mut self, id: GroupId, change: Change) {
+        let place = id as usize;
+        if self.changes.len() <= place {
+            self.changes.resize(place + 1, None);
+        }
+        if self.changes[place].is_none() {
+            self.ids.push(id);
+        }
+        self.changes[place] = self.changes[place].max(Some(change));
+    }
+
+    pub fn ids(&self) -> &[GroupId] {
+        &self.ids
+    }
+
+    pub fn clear(&mut self) {
+        for id in self.ids.drain(..) {
+            self.changes[id as usize] = None;
+        }
+    }
+
+    fn is(&self, id: GroupId, change: Change) -> bool {
+        self.changes.get(id as usize) == Some(&Some(change))
+    }
+}
+
+/// It belongs to a group, or is the root of one.
+pub(super) type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
 
 /// What has moved since the last frame.
 #[derive(SystemParam)]
 pub(super) struct Movements<'w, 's> {
-    watched: Query<'w, 's, (Entity, Ref<'static, GlobalTransform>, Option<Ref<'static, Aabb>>), InGroup>,
-    changed: Query<'w, 's, Entity, (InGroup, Or<(Changed<GlobalTransform>, Changed<Aabb>)>)>,
+    watched: Query<
+        'w,
+        's,
+        (
+            Entity,
+            Ref<'static, GlobalTransform>,
+            Option<Ref<'static, Transform>>,
+            Option<Ref<'static, Aabb>>,
+        ),
+        InGroup,
+    >,
+    changed: Query<
+        'w,
+        's,
+        Entity,
+        (
+            InGroup,
+            Or<(Changed<GlobalTransform>, Changed<Transform>, Changed<Aabb>)>,
+        ),
+    >,
 }
 
 /// Where entities are.
 pub(super) type Places<'w, 's> = Query<'w, 's, (&'static GlobalTransform, Option<&'static Aabb>)>;
 
 impl Movements<'_, '_> {
-    /// Whatever belongs to a group, or is the root of one, and has moved or got other bounds.
-    pub fn visit(&self, mut visit: impl FnMut(Entity)) {
+    /// Whatever belongs to a group, or is the root of one, and has moved or got other bounds; with whether it has done so
+    /// by itself, and not only with its parent.
+    pub fn visit(&self, mut visit: impl FnMut(Entity, bool)) {
         let Ok(tables) = self.watched.contiguous_iter() else {
             // Something decides which entities are disabled that is not stored in tables.
-            self.changed.iter().for_each(visit);
+            self.changed.iter().for_each(|entity| visit(entity, true));
             return;
         };
-        for (entities, transforms, aabbs) in tables {
-            let since = Since::last_read(&transforms);
-            let columns = [changed(Some(transforms)), changed(aabbs)];
-            let columns: SmallVec<[_; 2]> = columns.into_iter().flatten().collect();
+        for (entities, places, transforms, aabbs) in tables {
+            let since = Since::last_read(&places);
+            // Without a `Transform` of its own it is moved by somebody else.
+            let is_placed = transforms.is_none();
+            let columns = [changed(Some(places)), changed(transforms), changed(aabbs)];
+            let columns: SmallVec<[_; 3]> = columns.into_iter().flatten().collect();
             for block in since.blocks_with_newer(&columns, 0..entities.len()) {
-                let newer = (columns.iter()).fold(0, |newer, ticks| newer | since.newer(&ticks[block.clone()]));
-                ones(newer).for_each(|row| visit(entities[block.start + row as usize]));
+                let mut newer = columns.iter().map(|ticks| since.newer(&ticks[block.clone()]));
+                let moved = newer.next().unwrap_or(0);
+                let by_itself = newer.fold(if is_placed { moved } else { 0 }, |all, newer| all | newer);
+                for row in ones(moved | by_itself) {
+                    visit(entities[block.start + row as usize], by_itself >> row & 1 != 0);
+                }
             }
         }
     }
 }
 
 impl Groups {
-    /// Finds out anew where groups are, and how large, those in others before these. `displaced` is extended by all that
-    /// contain one of them.
-    pub fn place(&mut self, displaced: &mut Vec<GroupId>, places: &Places) {
+    /// Notes that something has moved, or got other bounds, by itself or with its parent.
+    pub fn note_movement(&self, entity: Entity, by_itself: bool, pending: &mut Pending) {
+        let resizes = |id| by_itself || self.get(id).is_some_and(|group| group.is_loose);
+        if let Some(within) = self.of_member(entity)
+            && resizes(within.group)
+        {
+            pending.note(within.group, Change::Resized);
+        }
+        if let Some(id) = self.of_root(entity) {
+            pending.note(id, Change::Displaced);
+            if let Some(parent) = self.parent(id)
+                && resizes(parent.group)
+            {
+                pending.note(parent.group, Change::Resized);
+            }
+        }
+    }
+
+    /// Finds out anew where groups are that have changed, and how large they are, those in others before these.
+    pub fn place(&mut self, pending: &mut Pending, places: &Places) {
         let mut end = 0;
-        while end < displaced.len() {
-            displaced.extend(self.parent(displaced[end]).map(|parent| parent.group));
+        while end < pending.ids.len() {
+            let id = pending.ids[end];
+            if let Some(parent) = self.parent(id)
+                && pending.is(id, Change::Resized)
+            {
+                pending.note(parent.group, Change::Resized);
+            }
             end += 1;
         }
         let depth = |mut id: GroupId| {
@@ -76,13 +168,19 @@ impl Groups {
             }
             depth
         };
-        displaced.sort_unstable_by_key(|&id| (Reverse(depth(id)), id));
-        displaced.dedup();
-        for &id in &*displaced {
+        // Mostly none is in another.
+        if pending.ids.iter().any(|&id| self.parent(id).is_some()) {
+            pending.ids.sort_by_cached_key(|&id| (Reverse(depth(id)), id));
+        }
+        for &id in &pending.ids {
             let Some(group) = self.get(id) else {
                 continue;
             };
-            let bounds = group.given_bounds.or_else(|| self.bounds_of(group, places));
+            let bounds = match group.given_bounds {
+                None if pending.is(id, Change::Resized) => self.bounds_of(group, places),
+                None => group.bounds,
+                given => given,
+            };
             let reaches = reaches(group, bounds, places);
             if let Some(group) = self.get_mut(id) {
                 group.bounds = bounds;

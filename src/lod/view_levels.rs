@@ -13,7 +13,7 @@ use super::{
 };
 
 /// Groups of which only the earliest is asked.
-const BLOCK: usize = 64;
+const BLOCK: usize = 16;
 
 /// No level has been chosen yet.
 const UNKNOWN: u8 = u8::MAX;
@@ -22,6 +22,8 @@ const UNKNOWN: u8 = u8::MAX;
 #[derive(Debug, Default)]
 pub(crate) struct ViewLevels {
     groups: Vec<InView>,
+    /// Until when levels stay, in seconds; empty if none does.
+    stays_until: Vec<f64>,
     /// Of each group, the distance moved from which on it is to be looked at again.
     due: Vec<f64>,
     /// The earliest of each block, or something earlier.
@@ -45,8 +47,13 @@ struct InView {
     wanted: u8,
     /// What is there of that.
     shown: u8,
-    /// Until when it stays.
-    stays_until: f64,
+}
+
+impl InView {
+    const UNKNOWN: Self = Self {
+        wanted: UNKNOWN,
+        shown: UNKNOWN,
+    };
 }
 
 /// From where a view looks, and how.
@@ -136,13 +143,10 @@ impl ViewLevels {
         now: f64,
     ) {
         self.switches.clear();
-        let unknown = InView {
-            wanted: UNKNOWN,
-            shown: UNKNOWN,
-            stays_until: f64::NEG_INFINITY,
-        };
         let known = self.groups.len();
-        self.groups.resize(reaches.len(), unknown);
+        self.groups.resize(reaches.len(), InView::UNKNOWN);
+        let staying = if sight.dwell > 0.0 { reaches.len() } else { 0 };
+        self.stays_until.resize(staying, f64::NEG_INFINITY);
         self.due.resize(reaches.len(), f64::NEG_INFINITY);
         self.block_due.resize(reaches.len().div_ceil(BLOCK), f64::NEG_INFINITY);
         if reaches.len() > known {
@@ -168,7 +172,10 @@ impl ViewLevels {
             let place = group as usize;
             (self.due[place], self.block_due[place / BLOCK]) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
             if reaches[place].levels == 0 {
-                self.groups[place] = unknown;
+                self.groups[place] = InView::UNKNOWN;
+                if let Some(until) = self.stays_until.get_mut(place) {
+                    *until = f64::NEG_INFINITY;
+                }
             }
         }
 
@@ -196,12 +203,15 @@ impl ViewLevels {
         let state = &mut self.groups[group];
         let known = (state.wanted != UNKNOWN).then_some(state.wanted);
         let choice = reaches.choose(&sight.lens, sight.eye, known.unwrap_or(0), sight.stay);
-        if known.is_some_and(|known| known != choice.level) && now < state.stays_until {
+        let until = self.stays_until.get_mut(group);
+        if known.is_some_and(|known| known != choice.level) && until.as_ref().is_some_and(|until| now < **until) {
             return f64::NEG_INFINITY;
         }
         if known != Some(choice.level) {
             state.wanted = choice.level;
-            state.stays_until = now + sight.dwell;
+            if let Some(until) = until {
+                *until = now + sight.dwell;
+            }
         }
         let shown = stand_in(choice.level, available);
         if shown != state.shown {

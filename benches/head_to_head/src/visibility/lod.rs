@@ -1,8 +1,9 @@
 //! Levels of detail against Bevy's `VisibilityRange`: who shows which level of each object, and what finding that out
 //! takes in a frame.
 //!
-//! Ours is what [`LodSystems`] take, Bevy's what `check_visibility_ranges` takes. What culling then does with the answers
-//! is in neither.
+//! Ours is what [`LodSystems`] take, Bevy's what `check_visibility_ranges` takes, on as many threads as there are. The
+//! systems of both run one after the other, so that no time is counted in which one waits for a thread to run it. What
+//! culling then does with the answers is in neither.
 
 use std::{
     f32::consts::FRAC_PI_4,
@@ -11,6 +12,7 @@ use std::{
 
 use bevy::{
     camera::visibility::{VisibilityRange, VisibilitySystems, VisibleEntityRanges, check_visibility_ranges},
+    ecs::schedule::SingleThreadedExecutor,
     prelude::*,
 };
 use bevy_sightline::prelude::*;
@@ -98,6 +100,9 @@ impl Side {
             app.world_mut().resource_mut::<LodSettings>().hysteresis = 0.0;
         }
         add_marks(&mut app, kind);
+        app.edit_schedule(PostUpdate, |schedule| {
+            schedule.set_executor(SingleThreadedExecutor::new());
+        });
         app.finish();
         app.cleanup();
         let cube = app.world_mut().resource_mut::<Assets<Mesh>>().add(Cuboid::default());
