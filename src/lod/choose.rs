@@ -130,7 +130,7 @@ pub(super) fn choose_levels(
     levels.retain(|view, _| views.iter().any(|(other, _)| other == view));
     for &(view, sight) in &*views {
         let levels = levels.entry(view).or_default();
-        levels.update(sight, &groups.reaches, &groups.available, pending.ids(), now);
+        levels.update(sight, &groups.reaches, pending.ids(), now);
         levels.list_members(groups);
         if let LodView::Camera(view) = view {
             tell(view, levels, groups, &mut commands);

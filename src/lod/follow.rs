@@ -13,7 +13,7 @@ use bevy::{
         lifecycle::RemovedComponents,
         message::MessageReader,
         name::NameOrEntity,
-        query::{Changed, Has},
+        query::{Changed, Has, With},
         system::{Commands, Local, Query, SystemParam},
     },
     mesh::{Mesh, Mesh3d},
@@ -24,7 +24,7 @@ use tracing::warn;
 use super::{
     LodChoices, LodHits, ProxyLod,
     groups::{Contents, Family, Group, GroupId, MeshLevel},
-    place::{Change, InGroup},
+    place::Change,
 };
 use crate::index::{
     DetailLevel, SimplifiedMesh,
@@ -37,8 +37,8 @@ pub(super) struct Changes<'w, 's> {
     lods: Query<'w, 's, (Entity, Ref<'static, ProxyLod>)>,
     lods_changed: Query<'w, 's, Entity, Changed<ProxyLod>>,
     removed: RemovedComponents<'w, 's, ProxyLod>,
-    children: Query<'w, 's, (Entity, Ref<'static, Children>), InGroup>,
-    children_changed: Query<'w, 's, Entity, (Changed<Children>, InGroup)>,
+    children: Query<'w, 's, (Entity, Ref<'static, Children>), With<DetailLevel>>,
+    children_changed: Query<'w, 's, Entity, (Changed<Children>, With<DetailLevel>)>,
     children_removed: RemovedComponents<'w, 's, Children>,
     members_removed: RemovedComponents<'w, 's, DetailLevel>,
 }

@@ -44,8 +44,6 @@ pub(super) struct Groups {
     links: Vec<Link>,
     /// What is read to choose levels.
     pub reaches: Vec<Reaches>,
-    /// One bit for each level that could be shown.
-    pub available: Vec<u8>,
 }
 
 /// Some levels of a group.
@@ -80,6 +78,8 @@ pub(super) struct Group {
     pub hits: LodHits,
     pub given_bounds: Option<Aabb>,
     pub thresholds: SmallVec<[f32; MAX_LEVELS]>,
+    /// One bit for each level that could be shown.
+    pub available: u8,
     /// Its bounds in the space of the root, as far as they are known.
     pub bounds: Option<Aabb>,
     /// Whether what it lists is elsewhere than right below its root, and so may move by itself unnoticed.
@@ -224,6 +224,7 @@ impl Group {
             hits: lod.hits,
             given_bounds: lod.bounds,
             thresholds,
+            available: 0,
             bounds: None,
             is_loose: false,
             members: Vec::new(),
@@ -296,7 +297,9 @@ impl Groups {
 
     /// Notes which levels could be shown, one bit for each.
     pub fn set_available(&mut self, id: GroupId, available: u8) {
-        self.available[id as usize] = available;
+        if let Some(group) = self.get_mut(id) {
+            group.available = available;
+        }
     }
 
     /// Whether the levels of a group are meshes.
@@ -390,7 +393,6 @@ impl Groups {
                         is_swapped: false,
                     });
                     self.reaches.push(Reaches::NONE);
-                    self.available.push(0);
                     self.records.len() as GroupId - 1
                 });
                 let number = root.index_u32() as usize;
@@ -449,7 +451,6 @@ impl Groups {
             touched.push(member);
         }
         self.reaches[id as usize] = Reaches::NONE;
-        self.available[id as usize] = 0;
         self.freed.push(id);
         Some(group)
     }
@@ -510,7 +511,7 @@ impl Groups {
             Contents::Entities(levels) => levels.last().is_some_and(Vec::is_empty),
         };
         available |= u8::from(last_is_empty) << levels.saturating_sub(1);
-        self.available[id as usize] = available;
+        group.available = available;
         touched.extend(&group.members);
         self.records[id as usize] = Some(group);
     }

@@ -37,17 +37,20 @@ pub(super) enum MetricKind {
     Distance,
 }
 
-/// All that is needed of a group to choose its level.
+/// All that is needed of a group to choose its level: one line of the cache.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Reaches {
     /// The box to whose nearest point distances are measured, in world space: of no size if it is a centre.
     pub min: Vec3,
     pub max: Vec3,
-    /// `r` for each level after the first: ascending.
-    reach: [f32; MAX_LEVELS - 1],
+    /// `r` for each level, ascending: infinite for those that there are not, and less than any distance for the first.
+    begins: [f32; MAX_LEVELS + 1],
     kind: MetricKind,
     /// The number of levels; zero if there is no such group.
     pub levels: u8,
+    /// One bit for each level that could be shown.
+    pub available: u8,
 }
 
 /// A level, and how far the view may move without needing another.
@@ -85,9 +88,14 @@ impl Reaches {
     pub const NONE: Self = Self {
         min: Vec3::ZERO,
         max: Vec3::ZERO,
-        reach: [f32::INFINITY; MAX_LEVELS - 1],
+        begins: {
+            let mut begins = [f32::INFINITY; MAX_LEVELS + 1];
+            begins[0] = f32::NEG_INFINITY;
+            begins
+        },
         kind: MetricKind::Distance,
         levels: 0,
+        available: 0,
     };
 
     /// Of a group of this diameter in world units, and with `scale` world units to each of its own. `thresholds` are those
@@ -109,26 +117,26 @@ impl Reaches {
             levels: 1,
             ..Self::NONE
         };
-        for (reach, threshold) in reaches.reach.iter_mut().zip(thresholds) {
+        for (begin, threshold) in reaches.begins[1..MAX_LEVELS].iter_mut().zip(thresholds) {
             let raw = match metric {
                 LodMetric::Height => diameter / threshold,
                 LodMetric::PixelError(pixels) => threshold * scale / pixels,
                 LodMetric::Distance => threshold,
             };
             // What is no number is out of reach.
-            *reach = if raw * bias >= 0.0 { raw * bias } else { f32::INFINITY };
+            *begin = if raw * bias >= 0.0 { raw * bias } else { f32::INFINITY };
             reaches.levels += 1;
         }
         match place {
             Some((min, max)) if min.is_finite() && max.is_finite() => {
                 (reaches.min, reaches.max) = (min.into(), max.into());
             }
-            _ => reaches.reach = Self::NONE.reach,
+            _ => reaches.begins = Self::NONE.begins,
         }
         // A level that is enough where a coarser one is enough as well is never shown.
         let levels = usize::from(reaches.levels);
         for level in (1..levels - 1).rev() {
-            reaches.reach[level - 1] = reaches.reach[level - 1].min(reaches.reach[level]);
+            reaches.begins[level] = reaches.begins[level].min(reaches.begins[level + 1]);
         }
         reaches
     }
@@ -140,35 +148,29 @@ impl Reaches {
         let factor = lens.factors[self.kind as usize];
         let is_fixed = lens.is_orthographic && self.kind != MetricKind::Distance;
         let distance = if is_fixed { 1.0 } else { self.distance(eye) };
-        let last = self.levels.saturating_sub(1);
-        let begin = |level: u8| self.reach[usize::from(level) - 1] * factor;
-        let mut choice = level.min(last);
-        if choice > 0 && distance < begin(choice) {
+        let begin = |level: u8| self.begins[usize::from(level) % self.begins.len()] * factor;
+        let mut choice = level;
+        if distance < begin(choice) {
             while choice > 0 && distance < begin(choice) {
                 choice -= 1;
             }
-        } else {
-            let enough = (choice + 1..=last).rev();
-            choice = enough
-                .into_iter()
-                .find(|&level| distance >= begin(level) * stay)
-                .unwrap_or(choice);
+        } else if distance >= begin(choice + 1) * stay {
+            let last = self.levels.saturating_sub(1);
+            while choice < last && distance >= begin(choice + 1) * stay {
+                choice += 1;
+            }
         }
-        let near = if choice > 0 {
-            distance - begin(choice)
-        } else {
-            f32::INFINITY
-        };
-        let far = if choice < last {
-            begin(choice + 1) * stay - distance
-        } else {
-            f32::INFINITY
-        };
+        if is_fixed {
+            return Choice {
+                level: choice,
+                slack: f32::INFINITY,
+            };
+        }
+        let slack = (distance - begin(choice)).min(begin(choice + 1) * stay - distance);
         // The distance is rounded by a few units in the last place.
-        let slack = near.min(far) - 8.0 * f32::EPSILON * distance;
         Choice {
             level: choice,
-            slack: if is_fixed { f32::INFINITY } else { slack },
+            slack: slack - 8.0 * f32::EPSILON * distance,
         }
     }
 

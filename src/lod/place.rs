@@ -34,6 +34,8 @@ pub(super) struct Pending {
     ids: Vec<GroupId>,
     /// By group.
     changes: Vec<Option<Change>>,
+    /// The groups of what has moved with its parent.
+    followers: Vec<GroupId>,
 }
 
 /// How a group has changed.
@@ -73,7 +75,7 @@ impl Pending {
 }
 
 /// It belongs to a group, or is the root of one.
-pub(super) type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
+type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
 
 /// What has moved since the last frame.
 #[derive(SystemParam)]
@@ -134,10 +136,12 @@ impl Groups {
     /// Notes that something has moved, or got other bounds, by itself or with its parent.
     pub fn note_movement(&self, entity: Entity, by_itself: bool, pending: &mut Pending) {
         let resizes = |id| by_itself || self.get(id).is_some_and(|group| group.is_loose);
-        if let Some(within) = self.of_member(entity)
-            && resizes(within.group)
-        {
-            pending.note(within.group, Change::Resized);
+        if let Some(within) = self.of_member(entity) {
+            if resizes(within.group) {
+                pending.note(within.group, Change::Resized);
+            } else {
+                pending.followers.push(within.group);
+            }
         }
         if let Some(id) = self.of_root(entity) {
             pending.note(id, Change::Displaced);
@@ -151,6 +155,14 @@ impl Groups {
 
     /// Finds out anew where groups are that have changed, and how large they are, those in others before these.
     pub fn place(&mut self, pending: &mut Pending, places: &Places) {
+        // Whatever has not moved with the root of its group has moved with something else.
+        let mut followers = std::mem::take(&mut pending.followers);
+        for follower in followers.drain(..) {
+            if pending.changes.get(follower as usize).is_none_or(Option::is_none) {
+                pending.note(follower, Change::Resized);
+            }
+        }
+        pending.followers = followers;
         let mut end = 0;
         while end < pending.ids.len() {
             let id = pending.ids[end];
@@ -248,7 +260,9 @@ fn reaches(group: &Group, bounds: Option<Aabb>, places: &Places) -> Reaches {
         (Some(around), diameter, scale)
     });
     let thresholds = group.thresholds.iter().skip(1).copied();
-    Reaches::new(group.metric, group.bias, diameter, scale, around, thresholds)
+    let mut reaches = Reaches::new(group.metric, group.bias, diameter, scale, around, thresholds);
+    reaches.available = group.available;
+    reaches
 }
 
 /// The half extents of the world box around a transformed box.

@@ -7,6 +7,8 @@
 
 use bevy::math::{DVec3, Vec3};
 
+use crate::index::ticks::ones;
+
 use super::{
     groups::{GroupId, Groups},
     lens::{Lens, Reaches},
@@ -18,17 +20,18 @@ const BLOCK: usize = 16;
 /// No level has been chosen yet.
 const UNKNOWN: u8 = u8::MAX;
 
+/// The way after which it is summed up anew, in world units: so that sums are never rounded by more than a hair.
+const LONGEST_WAY: f32 = 1024.0;
+
 /// The levels of all groups in one view.
 #[derive(Debug, Default)]
 pub(crate) struct ViewLevels {
-    groups: Vec<InView>,
+    blocks: Vec<Block>,
+    /// The earliest of each block, or something earlier.
+    block_due: Vec<f32>,
     /// Until when levels stay, in seconds; empty if none does.
     stays_until: Vec<f64>,
-    /// Of each group, the distance moved from which on it is to be looked at again.
-    due: Vec<f64>,
-    /// The earliest of each block, or something earlier.
-    block_due: Vec<f64>,
-    moved: f64,
+    moved: f32,
     sight: Option<Sight>,
     /// What has switched in this frame.
     switches: Vec<Switch>,
@@ -40,6 +43,15 @@ pub(crate) struct ViewLevels {
     before: Option<u64>,
 }
 
+/// Some groups.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Block {
+    /// Of each group, the distance moved from which on it is to be looked at again.
+    due: [f32; BLOCK],
+    groups: [InView; BLOCK],
+}
+
 /// What a view shows of a group.
 #[derive(Clone, Copy, Debug)]
 struct InView {
@@ -47,6 +59,13 @@ struct InView {
     wanted: u8,
     /// What is there of that.
     shown: u8,
+}
+
+impl Block {
+    const UNKNOWN: Self = Self {
+        due: [f32::NEG_INFINITY; BLOCK],
+        groups: [InView::UNKNOWN; BLOCK],
+    };
 }
 
 impl InView {
@@ -80,13 +99,8 @@ impl ViewLevels {
     /// The level that is shown of a group: the finest, as long as nothing is known of it.
     #[inline]
     pub fn level(&self, group: GroupId) -> u8 {
-        let known = self.groups.get(group as usize).map_or(UNKNOWN, |group| group.shown);
-        if known == UNKNOWN { 0 } else { known }
-    }
-
-    /// The level that the metric asks for.
-    pub(super) fn wanted(&self, group: GroupId) -> u8 {
-        let known = self.groups.get(group as usize).map_or(UNKNOWN, |group| group.wanted);
+        let block = self.blocks.get(group as usize / BLOCK);
+        let known = block.map_or(UNKNOWN, |block| block.groups[group as usize % BLOCK].shown);
         if known == UNKNOWN { 0 } else { known }
     }
 
@@ -133,25 +147,14 @@ impl ViewLevels {
     }
 
     /// Chooses the levels as of `now`, in seconds. `changed` are the groups that have changed since the last time, come, or
-    /// gone; `available` has one bit for each level of a group that could be shown.
-    pub(super) fn update(
-        &mut self,
-        sight: Sight,
-        reaches: &[Reaches],
-        available: &[u8],
-        changed: &[GroupId],
-        now: f64,
-    ) {
+    /// gone.
+    pub(super) fn update(&mut self, sight: Sight, reaches: &[Reaches], changed: &[GroupId], now: f64) {
         self.switches.clear();
-        let known = self.groups.len();
-        self.groups.resize(reaches.len(), InView::UNKNOWN);
+        let blocks = reaches.len().div_ceil(BLOCK);
+        self.blocks.resize(blocks, Block::UNKNOWN);
+        self.block_due.resize(blocks, f32::NEG_INFINITY);
         let staying = if sight.dwell > 0.0 { reaches.len() } else { 0 };
         self.stays_until.resize(staying, f64::NEG_INFINITY);
-        self.due.resize(reaches.len(), f64::NEG_INFINITY);
-        self.block_due.resize(reaches.len().div_ceil(BLOCK), f64::NEG_INFINITY);
-        if reaches.len() > known {
-            self.block_due[known / BLOCK..].fill(f64::NEG_INFINITY);
-        }
 
         let before = self.sight.replace(sight);
         let sees_as_before = before.is_some_and(|before| {
@@ -163,57 +166,66 @@ impl ViewLevels {
         if let Some(before) = before.filter(|_| sees_as_before) {
             let way: DVec3 = sight.eye.as_dvec3() - before.eye.as_dvec3();
             // Rounded up, so that nothing is looked at too late.
-            self.moved += way.length() * (1.0 + f64::from(f32::EPSILON));
-        } else {
-            self.block_due.fill(f64::NEG_INFINITY);
-            self.due.fill(f64::NEG_INFINITY);
+            if way != DVec3::ZERO {
+                self.moved = (self.moved + way.length() as f32).next_up().next_up();
+            }
+        }
+        if !sees_as_before || self.moved > LONGEST_WAY {
+            self.look_at_all();
         }
         for &group in changed {
-            let place = group as usize;
-            (self.due[place], self.block_due[place / BLOCK]) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-            if reaches[place].levels == 0 {
-                self.groups[place] = InView::UNKNOWN;
-                if let Some(until) = self.stays_until.get_mut(place) {
+            let (block, place) = (group as usize / BLOCK, group as usize % BLOCK);
+            (self.blocks[block].due[place], self.block_due[block]) = (f32::NEG_INFINITY, f32::NEG_INFINITY);
+            if reaches[group as usize].levels == 0 {
+                self.blocks[block].groups[place] = InView::UNKNOWN;
+                if let Some(until) = self.stays_until.get_mut(group as usize) {
                     *until = f64::NEG_INFINITY;
                 }
             }
         }
 
-        for block in 0..self.block_due.len() {
+        for block in 0..blocks {
             if self.block_due[block] > self.moved {
                 continue;
             }
-            let groups = block * BLOCK..reaches.len().min((block + 1) * BLOCK);
-            let mut earliest = f64::INFINITY;
-            for group in groups {
-                if self.due[group] <= self.moved {
-                    self.due[group] = self.look(group, &sight, &reaches[group], available[group], now);
-                }
-                earliest = earliest.min(self.due[group]);
+            let moved = self.moved;
+            let are_due = (self.blocks[block].due.iter().enumerate())
+                .fold(0, |due, (place, &since)| due | u64::from(since <= moved) << place);
+            for place in ones(are_due) {
+                let group = block * BLOCK + place as usize;
+                let due = (reaches.get(group)).map_or(f32::INFINITY, |reaches| self.look(group, &sight, reaches, now));
+                self.blocks[block].due[place as usize] = due;
             }
-            self.block_due[block] = earliest;
+            let earliest = |earliest, &due: &f32| if due < earliest { due } else { earliest };
+            self.block_due[block] = self.blocks[block].due.iter().fold(f32::INFINITY, earliest);
         }
     }
 
+    /// Has all groups looked at.
+    fn look_at_all(&mut self) {
+        self.moved = 0.0;
+        self.block_due.fill(f32::NEG_INFINITY);
+        self.blocks.iter_mut().for_each(|block| block.due = Block::UNKNOWN.due);
+    }
+
     /// Looks at one group; returns when to look again.
-    fn look(&mut self, group: usize, sight: &Sight, reaches: &Reaches, available: u8, now: f64) -> f64 {
+    fn look(&mut self, group: usize, sight: &Sight, reaches: &Reaches, now: f64) -> f32 {
         if reaches.levels == 0 {
-            return f64::INFINITY;
+            return f32::INFINITY;
         }
-        let state = &mut self.groups[group];
+        let state = &mut self.blocks[group / BLOCK].groups[group % BLOCK];
         let known = (state.wanted != UNKNOWN).then_some(state.wanted);
         let choice = reaches.choose(&sight.lens, sight.eye, known.unwrap_or(0), sight.stay);
-        let until = self.stays_until.get_mut(group);
-        if known.is_some_and(|known| known != choice.level) && until.as_ref().is_some_and(|until| now < **until) {
-            return f64::NEG_INFINITY;
-        }
         if known != Some(choice.level) {
-            state.wanted = choice.level;
-            if let Some(until) = until {
+            if let Some(until) = self.stays_until.get_mut(group) {
+                if known.is_some() && now < *until {
+                    return f32::NEG_INFINITY;
+                }
                 *until = now + sight.dwell;
             }
+            state.wanted = choice.level;
         }
-        let shown = stand_in(choice.level, available);
+        let shown = stand_in(choice.level, reaches.available);
         if shown != state.shown {
             self.switches.push(Switch {
                 group: group as GroupId,
@@ -222,7 +234,7 @@ impl ViewLevels {
             });
             state.shown = shown;
         }
-        self.moved + f64::from(choice.slack)
+        (self.moved + choice.slack).next_down()
     }
 }
 
