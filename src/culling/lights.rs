@@ -92,6 +92,17 @@ pub(super) struct LightViews<'w, 's> {
     local: Query<'w, 's, Entity, Or<(With<PointLight>, With<SpotLight>)>>,
 }
 
+impl LightViews<'_, '_> {
+    /// From where the detail is chosen of what point lights and spot lights see.
+    pub fn lod_origin(&mut self) -> Option<Entity> {
+        get_shadow_lod_origin(
+            self.targets.transmute_lens_filtered(),
+            self.origins.transmute_lens_filtered(),
+            self.local.transmute_lens_filtered(),
+        )
+    }
+}
+
 /// Buffers, kept for their memory.
 #[derive(Debug, Default)]
 pub(super) struct Buffers {
@@ -166,11 +177,7 @@ pub(super) fn cull_lights(
         }
     }
 
-    let lod_origin = get_shadow_lod_origin(
-        light_views.targets.transmute_lens_filtered(),
-        light_views.origins.transmute_lens_filtered(),
-        light_views.local.transmute_lens_filtered(),
-    );
+    let lod_origin = light_views.lod_origin();
     buffers.checked.clear();
     buffers.local.clear();
     for visible in &light_views.cameras {

@@ -47,6 +47,7 @@ mod bits;
 mod cameras;
 mod candidates;
 mod follow;
+mod levels;
 mod lights;
 mod marks;
 mod reasons;
@@ -72,7 +73,7 @@ use bevy::{
         resource::Resource,
         schedule::{IntoScheduleConfigs, SystemSet},
     },
-    light::SimulationLightSystems,
+    light::{SimulationLightSystems, check_dir_light_mesh_visibility, check_point_light_mesh_visibility},
     platform::collections::HashMap,
     reflect::{Reflect, std_traits::ReflectDefault},
 };
@@ -176,6 +177,16 @@ impl Plugin for ViewCullingPlugin {
                     cameras::write_visible.in_set(ViewCullingSystems::Write),
                     lights::cull_lights.in_set(ViewCullingSystems::Lights),
                     hide_unseen.in_set(ViewCullingSystems::Hide),
+                    levels::leave_out_of_cameras
+                        .in_set(VisibilitySystems::CheckVisibility)
+                        .after(LodSystems::Choose)
+                        .after(check_visibility_cpu_culling)
+                        .run_if(is_left_to_bevy),
+                    levels::leave_out_of_lights
+                        .in_set(SimulationLightSystems::CheckLightVisibility)
+                        .after(check_dir_light_mesh_visibility)
+                        .after(check_point_light_mesh_visibility)
+                        .run_if(is_left_to_bevy),
                 ),
             );
     }

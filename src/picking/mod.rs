@@ -40,7 +40,10 @@ use bevy::{
 };
 use tracing::warn;
 
-use crate::index::{QueryVisibility, RayHit, SceneQuery, SceneQuerySettings, SpatialIndexPlugin};
+use crate::{
+    index::{DetailLevel, QueryVisibility, RayHit, SceneQuery, SceneQuerySettings, SpatialIndexPlugin},
+    lod::LodChoices,
+};
 
 /// What [`SpatialPickingPlugin`] does differently from Bevy's `MeshPickingPlugin`; what the two have in common is in
 /// [`MeshPickingSettings`].
@@ -89,6 +92,8 @@ pub fn update_hits(
     rays: Res<RayMap>,
     cameras: Query<(&Camera, Has<MeshPickingCamera>, Option<&RenderLayers>)>,
     pickables: Query<&Pickable>,
+    levels: Query<&DetailLevel>,
+    lods: Option<Res<LodChoices>>,
     scene: SceneQuery,
     mut hits: Local<Vec<RayHit>>,
     mut pointer_hits: MessageWriter<PointerHits>,
@@ -101,9 +106,13 @@ pub fn update_hits(
             continue;
         }
 
+        let is_shown = |entity: Entity| {
+            let is_any_level = levels.get(entity) != Ok(&DetailLevel::AsShown);
+            is_any_level || lods.as_deref().is_none_or(|lods| lods.shows(id.camera, entity))
+        };
         let is_candidate = |entity: Entity| match pickables.get(entity) {
-            Ok(pickable) => pickable.is_hoverable,
-            Err(_) => !settings.require_markers,
+            Ok(pickable) => pickable.is_hoverable && is_shown(entity),
+            Err(_) => !settings.require_markers && is_shown(entity),
         };
         let blocks = |entity: Entity| match pickables.get(entity) {
             Ok(pickable) => pickable.should_block_lower,
