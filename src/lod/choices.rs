@@ -19,6 +19,8 @@ pub struct LodChoices {
     pub(super) pending: Pending,
     /// Whether shadow maps are as cameras are.
     pub(super) shadows_follow_cameras: bool,
+    /// New whenever the levels that are loaded when they come near may have changed.
+    pub(super) streaming_changes: u64,
     /// The last version that was given to a view.
     pub(super) versions: u64,
 }

@@ -21,6 +21,7 @@ use super::{
     groups::{Contents, GroupId, Groups, MeshLevel},
     lens::Lens,
     place::{Change, Movements, Places},
+    streaming::StreamedMeshes,
     view_levels::{Sight, ViewLevels},
 };
 use crate::index::{DetailLevel, NoSpatialIndex, SpatialIndex, clip_from_view};
@@ -206,6 +207,7 @@ fn tell(view: Entity, levels: &ViewLevels, groups: &Groups, commands: &mut Comma
 /// Gives entities the meshes that the main camera is to show, and triggers [`LodSwapped`] for them.
 pub(super) fn swap_meshes(
     mut meshes: Query<Option<&mut Mesh3d>>,
+    streamed: Res<StreamedMeshes>,
     mut choices: ResMut<LodChoices>,
     mut commands: Commands,
 ) {
@@ -232,8 +234,13 @@ pub(super) fn swap_meshes(
                 to: level.into(),
             });
         }
-        let Some(MeshLevel::Mesh(wanted)) = levels.get(usize::from(level)) else {
-            continue;
+        let wanted = match levels.get(usize::from(level)) {
+            Some(MeshLevel::Mesh(mesh)) => mesh,
+            Some(MeshLevel::Streamed(path)) => match streamed.loaded(path) {
+                Some(mesh) => mesh,
+                None => continue,
+            },
+            Some(MeshLevel::Nothing) | None => continue,
         };
         match meshes.get_mut(group.root) {
             Ok(Some(mut mesh)) if mesh.0 != *wanted => mesh.0 = wanted.clone(),

@@ -21,8 +21,9 @@ use bevy::{
 };
 use tracing::warn;
 
+use super::streaming::StreamedMeshes;
 use super::{
-    LodChoices, LodHits, ProxyLod,
+    LodChoices, LodContent, LodHits, ProxyLod,
     groups::{Contents, Family, Group, GroupId, MeshLevel},
     place::Change,
 };
@@ -103,6 +104,7 @@ pub(super) fn follow_groups(
         groups,
         reassigned,
         pending,
+        streaming_changes,
         ..
     } = &mut *choices;
     groups.begin_frame();
@@ -115,6 +117,7 @@ pub(super) fn follow_groups(
         if let Some(group) = groups.remove(root, dirty, touched) {
             id.into_iter().for_each(|id| pending.note(id, Change::Resized));
             give_back(&group, &mut commands);
+            *streaming_changes += 1;
         }
     }
     changes.find(found, restructured);
@@ -122,6 +125,8 @@ pub(super) fn follow_groups(
         if let Ok((name, lod)) = lods.get(root) {
             let mut flaws = Vec::new();
             groups.insert(root, lod, &mut flaws, dirty);
+            let mut levels = lod.levels.iter();
+            *streaming_changes += u64::from(levels.any(|level| matches!(level.content, LodContent::Streamed(_))));
             warn_once(&name, root, &flaws, warned);
         }
     }
@@ -215,6 +220,7 @@ pub(super) fn bound_swapped(
         Has<NoFrustumCulling>,
         Option<&SimplifiedMesh>,
     )>,
+    streamed: Res<StreamedMeshes>,
     mut choices: ResMut<LodChoices>,
     mut commands: Commands,
     mut meshes: Local<MeshBoxes>,
@@ -250,12 +256,15 @@ pub(super) fn bound_swapped(
         let Ok((aabb, has_own_bounds, is_never_culled, simplified)) = roots.get(group.root) else {
             continue;
         };
-        let mut around: Option<Aabb> = None;
+        let mut around = group.given_bounds;
         let mut available = 0;
         for (number, level) in levels.iter().enumerate() {
             let mesh = match level {
                 MeshLevel::Mesh(mesh) => mesh.id(),
-                MeshLevel::Streamed(_) => continue,
+                MeshLevel::Streamed(path) => match streamed.loaded(path) {
+                    Some(mesh) => mesh.id(),
+                    None => continue,
+                },
                 MeshLevel::Nothing => {
                     available |= 1 << number;
                     continue;

@@ -174,6 +174,26 @@ impl Reaches {
         }
     }
 
+    /// The levels that are enough somewhere between the distance of `eye`, divided by `margin`, and multiplied by it, one
+    /// bit for each. Of a group of which nothing is known, the coarsest.
+    pub fn near(&self, lens: &Lens, eye: Vec3, margin: f32) -> u8 {
+        let last = self.levels.saturating_sub(1);
+        if self.levels > 1
+            && self.begins[1..=usize::from(last)]
+                .iter()
+                .all(|begin| begin.is_infinite())
+        {
+            return 1 << last;
+        }
+        let factor = lens.factors[self.kind as usize];
+        let is_fixed = lens.is_orthographic && self.kind != MetricKind::Distance;
+        let distance = if is_fixed { 1.0 } else { self.distance(eye) };
+        (0..=last).fold(0, |near, level| {
+            let [begin, end] = [level, level + 1].map(|level| self.begins[usize::from(level)] * factor);
+            near | u8::from(begin <= distance * margin && distance <= end * margin) << level
+        })
+    }
+
     fn distance(&self, eye: Vec3) -> f32 {
         (self.min - eye).max(eye - self.max).max(Vec3::ZERO).length()
     }

@@ -8,16 +8,19 @@ mod groups;
 mod lens;
 mod place;
 mod settings;
+mod streaming;
 mod view_levels;
 
 pub use choices::LodChoices;
 pub(crate) use choices::LodView;
 pub use group::{LodContent, LodHits, LodLevel, LodMetric, LodReference, ProxyLod};
 pub use settings::{LodBias, LodSettings};
+pub use streaming::{LodStreamingSettings, LodStreamingStats};
 pub(crate) use view_levels::ViewLevels;
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
+    asset::AssetEventSystems,
     camera::visibility::VisibilitySystems,
     ecs::{
         entity::Entity,
@@ -27,6 +30,8 @@ use bevy::{
     reflect::Reflect,
     transform::TransformSystems,
 };
+
+use streaming::StreamedMeshes;
 
 use crate::index::{SpatialIndexPlugin, SpatialIndexSystems};
 
@@ -65,14 +70,20 @@ impl Plugin for ProxyLodPlugin {
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<LodChoices>()
             .init_resource::<LodSettings>()
+            .init_resource::<LodStreamingSettings>()
+            .init_resource::<LodStreamingStats>()
+            .init_resource::<StreamedMeshes>()
             .register_type::<ProxyLod>()
             .register_type::<LodBias>()
             .register_type::<LodSettings>()
+            .register_type::<LodStreamingSettings>()
+            .register_type::<LodStreamingStats>()
             .register_type::<LodSwapped>()
             .configure_sets(
                 PostUpdate,
                 (
                     LodSystems::Follow
+                        .after(AssetEventSystems)
                         .before(VisibilitySystems::CalculateBounds)
                         .before(SpatialIndexSystems::Sync),
                     LodSystems::Choose
@@ -87,7 +98,7 @@ impl Plugin for ProxyLodPlugin {
                     (follow::follow_groups, follow::bound_swapped)
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Follow),
-                    (choose::choose_levels, choose::swap_meshes)
+                    (choose::choose_levels, choose::swap_meshes, streaming::stream_meshes)
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Choose),
                 ),

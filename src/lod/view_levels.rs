@@ -104,6 +104,20 @@ impl ViewLevels {
         if known == UNKNOWN { 0 } else { known }
     }
 
+    /// The level that the metric asks for, if that is known.
+    pub(super) fn wanted(&self, group: GroupId) -> Option<u8> {
+        let wanted = self.blocks.get(group as usize / BLOCK)?.groups[group as usize % BLOCK].wanted;
+        (wanted != UNKNOWN).then_some(wanted)
+    }
+
+    /// Which levels of a group the view is near, one bit for each: where it would show them at `margin` times its distance,
+    /// or a fraction as small.
+    pub(super) fn near(&self, reaches: &Reaches, margin: f32) -> u8 {
+        self.sight
+            .as_ref()
+            .map_or(u8::MAX, |sight| reaches.near(&sight.lens, sight.eye, margin))
+    }
+
     pub(super) fn switches(&self) -> &[Switch] {
         &self.switches
     }
