@@ -115,7 +115,7 @@ pub(super) fn follow_groups(
         warned.remove(&root);
         let id = groups.of_root(root);
         if let Some(group) = groups.remove(root, dirty, touched) {
-            id.into_iter().for_each(|id| pending.note(id, Change::Resized));
+            id.into_iter().for_each(|id| pending.note(id, Change::Restructured));
             give_back(&group, &mut commands);
             *streaming_changes += 1;
         }
@@ -177,7 +177,7 @@ pub(super) fn follow_groups(
         commands.try_insert_batch(std::mem::take(new_levels));
     }
     reassigned.append(touched);
-    dirty.drain(..).for_each(|id| pending.note(id, Change::Resized));
+    dirty.drain(..).for_each(|id| pending.note(id, Change::Restructured));
 }
 
 fn warn_once(name: &impl std::fmt::Display, root: Entity, flaws: &[super::groups::Flaw], warned: &mut EntityHashSet) {

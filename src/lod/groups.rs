@@ -80,6 +80,8 @@ pub(super) struct Group {
     pub thresholds: SmallVec<[f32; MAX_LEVELS]>,
     /// One bit for each level that could be shown.
     pub available: u8,
+    /// Those of which some meshes are not loaded.
+    pub missing: u8,
     /// Its bounds in the space of the root, as far as they are known.
     pub bounds: Option<Aabb>,
     /// Whether what it lists is elsewhere than right below its root, and so may move by itself unnoticed.
@@ -225,6 +227,7 @@ impl Group {
             given_bounds: lod.bounds,
             thresholds,
             available: 0,
+            missing: 0,
             bounds: None,
             is_loose: false,
             members: Vec::new(),
@@ -299,6 +302,13 @@ impl Groups {
     pub fn set_available(&mut self, id: GroupId, available: u8) {
         if let Some(group) = self.get_mut(id) {
             group.available = available;
+        }
+    }
+
+    /// Notes of which levels some meshes are not loaded, one bit for each.
+    pub fn set_missing(&mut self, id: GroupId, missing: u8) {
+        if let Some(group) = self.get_mut(id) {
+            group.missing = missing;
         }
     }
 

@@ -1,5 +1,6 @@
 //! Proxy LOD: the right stand-in, for each view, without popping back and forth.
 
+mod await_meshes;
 mod choices;
 mod choose;
 mod follow;
@@ -95,7 +96,7 @@ impl Plugin for ProxyLodPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (follow::follow_groups, follow::bound_swapped)
+                    (follow::follow_groups, follow::bound_swapped, await_meshes::await_meshes)
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Follow),
                     (choose::choose_levels, choose::swap_meshes, streaming::stream_meshes)

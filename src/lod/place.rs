@@ -43,8 +43,10 @@ pub(super) struct Pending {
 pub(super) enum Change {
     /// It shows other levels, or is somewhere else.
     Displaced,
-    /// It may have other bounds, or other members.
+    /// It may have other bounds.
     Resized,
+    /// It may have other members.
+    Restructured,
 }
 
 impl Pending {
@@ -69,8 +71,10 @@ impl Pending {
         }
     }
 
-    fn is(&self, id: GroupId, change: Change) -> bool {
-        self.changes.get(id as usize) == Some(&Some(change))
+    /// Whether a group has changed in this way, or more so.
+    pub fn has(&self, id: GroupId, change: Change) -> bool {
+        let noted = self.changes.get(id as usize).copied().flatten();
+        noted >= Some(change)
     }
 }
 
@@ -167,7 +171,7 @@ impl Groups {
         while end < pending.ids.len() {
             let id = pending.ids[end];
             if let Some(parent) = self.parent(id)
-                && pending.is(id, Change::Resized)
+                && pending.has(id, Change::Resized)
             {
                 pending.note(parent.group, Change::Resized);
             }
@@ -189,7 +193,7 @@ impl Groups {
                 continue;
             };
             let bounds = match group.given_bounds {
-                None if pending.is(id, Change::Resized) => self.bounds_of(group, places),
+                None if pending.has(id, Change::Resized) => self.bounds_of(group, places),
                 None => group.bounds,
                 given => given,
             };
@@ -261,7 +265,8 @@ fn reaches(group: &Group, bounds: Option<Aabb>, places: &Places) -> Reaches {
     });
     let thresholds = group.thresholds.iter().skip(1).copied();
     let mut reaches = Reaches::new(group.metric, group.bias, diameter, scale, around, thresholds);
-    reaches.available = group.available;
+    let there = group.available & !group.missing;
+    reaches.available = if there == 0 { group.available } else { there };
     reaches
 }
 
