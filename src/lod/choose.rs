@@ -225,6 +225,15 @@ pub(super) fn swap_meshes(
         if group.applied == Some(level) {
             continue;
         }
+        let wanted = match levels.get(usize::from(level)) {
+            Some(MeshLevel::Mesh(mesh)) => Some(mesh),
+            Some(MeshLevel::Streamed(path)) => match streamed.loaded(path) {
+                Some(mesh) => Some(mesh),
+                // Nothing is loaded that could stand in for it.
+                None => continue,
+            },
+            Some(MeshLevel::Nothing) | None => None,
+        };
         let before = group.applied.replace(level);
         if let (Some(from), Some(view)) = (before, main) {
             commands.trigger(LodSwapped {
@@ -234,13 +243,8 @@ pub(super) fn swap_meshes(
                 to: level.into(),
             });
         }
-        let wanted = match levels.get(usize::from(level)) {
-            Some(MeshLevel::Mesh(mesh)) => mesh,
-            Some(MeshLevel::Streamed(path)) => match streamed.loaded(path) {
-                Some(mesh) => mesh,
-                None => continue,
-            },
-            Some(MeshLevel::Nothing) | None => continue,
+        let Some(wanted) = wanted else {
+            continue;
         };
         match meshes.get_mut(group.root) {
             Ok(Some(mut mesh)) if mesh.0 != *wanted => mesh.0 = wanted.clone(),

@@ -164,6 +164,12 @@ impl StreamedMeshes {
             let view = choices.main_levels();
             let near = view.map_or(u8::MAX, |view| view.near(reaches, margin));
             let wanted = view.and_then(|view| view.wanted(id));
+            // Something has to be shown, whatever it takes.
+            let is_bare = levels.iter().all(|level| match level {
+                MeshLevel::Streamed(path) => self.loaded(path).is_none(),
+                MeshLevel::Mesh(_) => false,
+                MeshLevel::Nothing => true,
+            });
             for (number, level) in (0..).zip(levels) {
                 let MeshLevel::Streamed(path) = level else {
                     continue;
@@ -171,7 +177,7 @@ impl StreamedMeshes {
                 let Some(mesh) = self.meshes.get_mut(path) else {
                     continue;
                 };
-                let is_shown = group.applied == Some(number);
+                let is_shown = group.applied == Some(number) || is_bare && wanted == Some(number);
                 if is_shown {
                     mesh.shown_in = self.round;
                 }
@@ -251,7 +257,7 @@ impl StreamedMeshes {
         let near = self.meshes.iter_mut().filter(|(_, mesh)| mesh.near_at == now);
         for (path, mesh) in near.filter(|(_, mesh)| mesh.handle.is_none() && !mesh.has_failed) {
             let is_wanted = mesh.wanted_at == now;
-            if memory + mesh.size < budget || is_wanted && shown + mesh.size < budget {
+            if mesh.is_shown(round) || memory + mesh.size < budget || is_wanted && shown + mesh.size < budget {
                 mesh.handle = Some(server.load(path.clone()));
                 memory += mesh.size;
                 shown += if is_wanted { mesh.size } else { 0 };
@@ -291,7 +297,8 @@ pub(super) fn stream_meshes(
     let (Some(server), Some(assets)) = (server, assets) else {
         return;
     };
-    if meshes.groups.is_empty() && meshes.meshes.is_empty() {
+    if meshes.meshes.is_empty() {
+        stats.set_if_neq(LodStreamingStats::default());
         return;
     }
     let now = time.map_or(0.0, |time| time.elapsed_secs_f64());
