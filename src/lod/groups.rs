@@ -326,6 +326,16 @@ impl Groups {
     /// the finest is shown.
     #[inline]
     pub fn shows(&self, view: Option<&ViewLevels>, main: Option<&ViewLevels>, number: u32) -> bool {
+        self.is_at(number, |id, is_swapped| {
+            let levels = if is_swapped { main } else { view };
+            levels.map_or(1, |levels| levels.shown(id))
+        })
+    }
+
+    /// Whether the entity of this number is at levels that are shown, to the outermost group: `shown` has one bit for each
+    /// level of a group, of which it is also told whether its meshes are swapped.
+    #[inline]
+    pub fn is_at(&self, number: u32, shown: impl Fn(GroupId, bool) -> u8) -> bool {
         let Some(member) = self
             .members
             .get(number as usize)
@@ -336,9 +346,7 @@ impl Groups {
         let mut within = member.within;
         loop {
             let link = self.links[within.group as usize];
-            let levels = if link.is_swapped { main } else { view };
-            let level = levels.map_or(0, |levels| levels.level(within.group));
-            if within.levels >> level & 1 == 0 {
+            if within.levels & shown(within.group, link.is_swapped) == 0 {
                 return false;
             }
             match link.parent {

@@ -3,6 +3,7 @@
 mod await_meshes;
 mod choices;
 mod choose;
+mod fade;
 mod follow;
 mod group;
 mod groups;
@@ -32,6 +33,7 @@ use bevy::{
     transform::TransformSystems,
 };
 
+use fade::Fades;
 use streaming::StreamedMeshes;
 
 use crate::index::{SpatialIndexPlugin, SpatialIndexSystems};
@@ -71,6 +73,7 @@ impl Plugin for ProxyLodPlugin {
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<LodChoices>()
             .init_resource::<LodSettings>()
+            .init_resource::<Fades>()
             .init_resource::<LodStreamingSettings>()
             .init_resource::<LodStreamingStats>()
             .init_resource::<StreamedMeshes>()
@@ -99,7 +102,12 @@ impl Plugin for ProxyLodPlugin {
                     (follow::follow_groups, follow::bound_swapped, await_meshes::await_meshes)
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Follow),
-                    (choose::choose_levels, choose::swap_meshes, streaming::stream_meshes)
+                    (
+                        choose::choose_levels,
+                        fade::cross_fade,
+                        choose::swap_meshes,
+                        streaming::stream_meshes,
+                    )
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Choose),
                 ),

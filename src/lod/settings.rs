@@ -23,6 +23,11 @@ pub struct LodSettings {
     pub hysteresis: f32,
     /// How long a level stays at least, in the time of [`Time`](bevy::time::Time).
     pub min_dwell: Duration,
+    /// How long levels that are entities fade into each other, in the time of [`Time`](bevy::time::Time); zero for not at
+    /// all. Bevy's renderer dithers them, by a [`VisibilityRange`](bevy::camera::visibility::VisibilityRange) that they have
+    /// as long as they fade: so it is for a single active camera, and for what has no `VisibilityRange` of its own. With
+    /// more cameras, or more than 1,024 entities that fade, levels switch at once.
+    pub cross_fade: Duration,
     /// The camera for which meshes are swapped. By default the first active one that has a `Camera3d`: by its `order`,
     /// then by entity.
     pub main_camera: Option<Entity>,
@@ -37,6 +42,7 @@ impl Default for LodSettings {
             shadow_bias: 1.0,
             hysteresis: 0.1,
             min_dwell: Duration::ZERO,
+            cross_fade: Duration::ZERO,
             main_camera: None,
             viewport_height: 1080.0,
         }

@@ -86,7 +86,7 @@ struct Streamed {
     near_at: f64,
     wanted_at: f64,
     /// The round in which it was last shown.
-    shown_in: u64,
+    shown_in: Option<u64>,
     users: Vec<GroupId>,
 }
 
@@ -98,7 +98,7 @@ impl Streamed {
         size: 0,
         near_at: f64::NEG_INFINITY,
         wanted_at: f64::NEG_INFINITY,
-        shown_in: 0,
+        shown_in: None,
         users: Vec::new(),
     };
 
@@ -114,7 +114,7 @@ impl Streamed {
 
     /// Whether it is shown, or was in the last round.
     fn is_shown(&self, round: u64) -> bool {
-        self.shown_in + 1 >= round
+        self.shown_in.is_some_and(|shown| shown + 1 >= round)
     }
 }
 
@@ -179,7 +179,7 @@ impl StreamedMeshes {
                 };
                 let is_shown = group.applied == Some(number) || is_bare && wanted == Some(number);
                 if is_shown {
-                    mesh.shown_in = self.round;
+                    mesh.shown_in = Some(self.round);
                 }
                 if near >> number & 1 == 1 || is_shown {
                     mesh.near_at = now;

@@ -5,7 +5,10 @@
 //! [`BLOCK`] of groups the earliest is known, so that a view that stands still looks at nothing, and one that moves at
 //! the groups that are near a switch.
 
-use bevy::math::{DVec3, Vec3};
+use bevy::{
+    math::{DVec3, Vec3},
+    platform::collections::HashMap,
+};
 
 use crate::index::ticks::ones;
 
@@ -32,6 +35,8 @@ pub(crate) struct ViewLevels {
     /// Until when levels stay, in seconds; empty if none does.
     stays_until: Vec<f64>,
     moved: f32,
+    /// The levels from which groups fade to the one that is shown.
+    fading: HashMap<GroupId, u8>,
     sight: Option<Sight>,
     /// What has switched in this frame.
     switches: Vec<Switch>,
@@ -102,6 +107,30 @@ impl ViewLevels {
         let block = self.blocks.get(group as usize / BLOCK);
         let known = block.map_or(UNKNOWN, |block| block.groups[group as usize % BLOCK].shown);
         if known == UNKNOWN { 0 } else { known }
+    }
+
+    /// The levels that are shown of a group, one bit for each: two where it fades.
+    #[inline]
+    pub(super) fn shown(&self, group: GroupId) -> u8 {
+        let shown = 1 << self.level(group);
+        if self.fading.is_empty() {
+            return shown;
+        }
+        shown | self.fading.get(&group).map_or(0, |level| 1 << level)
+    }
+
+    /// Shows a level beside the one that is shown.
+    pub(super) fn begin_fade(&mut self, group: GroupId, from: u8) {
+        self.fading.insert(group, from);
+    }
+
+    pub(super) fn end_fade(&mut self, group: GroupId) {
+        self.fading.remove(&group);
+    }
+
+    /// From where it looks, if it has looked.
+    pub(super) fn eye(&self) -> Option<Vec3> {
+        self.sight.map(|sight| sight.eye)
     }
 
     /// The level that the metric asks for, if that is known.
