@@ -5,19 +5,19 @@
 //! Arrows point downward only: what is below knows nothing of what is above.
 //!
 //! ```text
-//!      sprite                            ECS plugins
+//!      sprite                               ECS plugins
 //!         |
-//!      picking   selection   culling     what is on the screen; what cameras and lights see
-//!          \         |       /   |
-//!           \        |      / occlusion   what hides what is behind it
-//!            \       |     /  /   |
-//!             ----- index ----    |       SpatialIndexPlugin, SceneQuery
-//!                   |   \         |
-//!                   |  mesh     raster    a hierarchy over the triangles of each mesh; a depth buffer on the CPU
-//!                   |   /         |
-//!                  spatial -------        structures over boxes, generic over a key
+//!      picking   selection   culling        what is on the screen; what cameras and lights see
+//!        |  \        |       /  |  \
+//!        |   --------|--- lod   |  occlusion   which level of detail is shown; what hides what is behind it
+//!        |           |     |    |   /   |
+//!         ----------- index ----     raster    SpatialIndexPlugin, SceneQuery; a depth buffer on the CPU
+//!                   |   \               |
+//!                   |  mesh             |      a hierarchy over the triangles of each mesh
+//!                   |   /               |
+//!                  spatial -------------       structures over boxes, generic over a key
 //!                     |
-//!                 geometry                bounding volumes, surfaces, rays, tests between shapes
+//!                 geometry                     bounding volumes, surfaces, rays, tests between shapes
 //!                     |
 //!               bevy_math, glam
 //! ```
@@ -28,9 +28,11 @@
 //! PreUpdate    PickingSystems::Backend       pointers' rays → index, as of the last PostUpdate → PointerHits
 //! Update       the game                      SceneQuery, as of the last PostUpdate
 //! PostUpdate   TransformSystems::Propagate   Bevy writes GlobalTransform
+//!              LodSystems::Follow            groups, and what belongs to their levels
 //!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
 //!              SpatialIndexSystems::Sync     what changed → meshes, poses, leaves of tree and grid
 //!              SpatialIndexSystems::Optimize upkeep of the tree
+//!              LodSystems::Choose            levels for every view, where cameras came near a switch; meshes are swapped
 //!              OcclusionSystems::FollowOccluders  what changed → shapes that hide
 //!              ViewCullingSystems::Find      frusta of cameras, depth of what hides → tree → what is in sight
 //!              ViewCullingSystems::Write     VisibleEntities, VisibleSet, ViewVisibility

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
-const FORBIDDEN: [(&str, &[&str]); 9] = [
+const FORBIDDEN: [(&str, &[&str]); 10] = [
     (
         "geometry",
         &[
@@ -17,6 +17,7 @@ const FORBIDDEN: [(&str, &[&str]); 9] = [
             "crate::index",
             "crate::raster",
             "crate::occlusion",
+            "crate::lod",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -35,6 +36,7 @@ const FORBIDDEN: [(&str, &[&str]); 9] = [
             "crate::index",
             "crate::raster",
             "crate::occlusion",
+            "crate::lod",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -53,6 +55,7 @@ const FORBIDDEN: [(&str, &[&str]); 9] = [
             "crate::index",
             "crate::raster",
             "crate::occlusion",
+            "crate::lod",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -64,6 +67,7 @@ const FORBIDDEN: [(&str, &[&str]); 9] = [
         &[
             "crate::raster",
             "crate::occlusion",
+            "crate::lod",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -81,6 +85,7 @@ const FORBIDDEN: [(&str, &[&str]); 9] = [
             "crate::mesh",
             "crate::index",
             "crate::occlusion",
+            "crate::lod",
             "crate::culling",
             "crate::picking",
             "crate::selection",
@@ -89,7 +94,24 @@ const FORBIDDEN: [(&str, &[&str]); 9] = [
     ),
     (
         "occlusion",
-        &["crate::culling", "crate::picking", "crate::selection", "crate::sprite"],
+        &[
+            "crate::lod",
+            "crate::culling",
+            "crate::picking",
+            "crate::selection",
+            "crate::sprite",
+        ],
+    ),
+    (
+        "lod",
+        &[
+            "crate::raster",
+            "crate::occlusion",
+            "crate::culling",
+            "crate::picking",
+            "crate::selection",
+            "crate::sprite",
+        ],
     ),
     ("culling", &["crate::picking", "crate::selection", "crate::sprite"]),
     ("picking", &["crate::culling", "crate::selection", "crate::sprite"]),

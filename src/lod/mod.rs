@@ -1,4 +1,47 @@
 //! Proxy LOD: the right stand-in, for each view, without popping back and forth.
+//!
+//! Proxy geometry stands in for an object where speed matters more than accuracy. It is no bounding volume: culling goes
+//! on by the bounds of what is shown, and rays hit the finest level unless [asked otherwise](LodHits).
+//!
+//! # What a group is
+//!
+//! [`ProxyLod`] on the root of a group lists its levels, from finest to coarsest. There are two kinds of group:
+//!
+//! | levels are | shown by | chosen | costs | good for |
+//! |---|---|---|---|---|
+//! | entities, with all below them | leaving the others out of the lists of each view | for each camera, and for shadows | entities for all levels | split screen, models of many parts, blocks of houses |
+//! | meshes | swapping `Mesh3d` on the root | for the [main camera](LodSettings::main_camera) | a handle for each level | single meshes, great numbers |
+//!
+//! A level may show the roots of other groups: one proxy stands in for a block, and the houses of the block have levels of
+//! their own, to any depth. Of everything, every view shows exactly one representation in every frame. A mesh that is
+//! swapped keeps its material: whoever wants another one listens for [`LodSwapped`].
+//!
+//! # Which level is shown
+//!
+//! [`LodMetric`] decides: the height of the group as a fraction of the viewport, the error of a level in pixels, or the
+//! plain distance. The first two know the field of view, zoom, orthographic cameras, the viewport and the scale of the
+//! root. All levels of a group are decided by the one place and size of the group, to its nearest point or its
+//! [centre](LodReference).
+//!
+//! A finer level comes at its threshold, which so is a promise; a coarser one only [10% beyond](LodSettings::hysteresis),
+//! so that nothing switches back and forth. [`LodSettings::min_dwell`] has levels stay for a time, and
+//! [`LodSettings::cross_fade`] has them fade into each other. Biases are multiplied: for all ([`LodSettings::bias`]), for a
+//! camera ([`LodBias`]), for a group ([`ProxyLod::bias`]), for shadows ([`LodSettings::shadow_bias`]), which are seen from
+//! the place of the camera whose they are, or for point lights and spot lights of Bevy's one shadow origin.
+//!
+//! [`LodChoices`] tells which level is shown where, and [`LodSwapped`] of each switch.
+//!
+//! # What it costs
+//!
+//! Every group knows how far a camera may move before another level can be right. The groups of which that is used up are
+//! looked at, and those that have moved or changed: so a camera that stands still costs next to nothing, and one that
+//! moves as much as there is near a switch. A lens that changes has all groups looked at, by a few nanoseconds each.
+//!
+//! # What is not there
+//!
+//! [`LodContent::Streamed`] names meshes by paths: they are loaded when their level comes near, and dropped when it has been
+//! far for long, within [`LodStreamingSettings::memory_budget`]. Of whatever level a mesh is not loaded, or cannot be, the
+//! finest that is there stands in for it.
 
 mod await_meshes;
 mod choices;
