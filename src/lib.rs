@@ -75,8 +75,9 @@ pub mod prelude {
             SpatialIndexSystems, SweepHit,
         },
         lod::{
-            LodBias, LodChoices, LodContent, LodHits, LodLevel, LodMetric, LodReference, LodSettings, LodSwapped,
-            LodSystems, ProxyLod, ProxyLodPlugin,
+            LevelVariants, LevelVariantsPlugin, LodBias, LodChoices, LodContent, LodHits, LodLevel, LodMetric,
+            LodReference, LodSettings, LodStreamingSettings, LodStreamingStats, LodSwapped, LodSystems, ProxyLod,
+            ProxyLodPlugin,
         },
         occlusion::{
             NoOcclusionCulling, Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionBudget,

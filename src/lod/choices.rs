@@ -49,6 +49,13 @@ impl LodChoices {
         Some(usize::from(levels.level(id)))
     }
 
+    /// The level of which an entity has the mesh, from zero for the finest, if it is the root of a group whose meshes are
+    /// swapped.
+    pub fn swapped_level(&self, group: Entity) -> Option<usize> {
+        let group = self.groups.get(self.groups.of_root(group)?)?;
+        group.applied.map(usize::from)
+    }
+
     /// Whether a camera shows an entity as far as levels of detail go: whether it belongs to the level that is shown of its
     /// group, and so up to the outermost. True of whatever belongs to none.
     pub fn shows(&self, view: Entity, entity: Entity) -> bool {

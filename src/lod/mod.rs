@@ -14,7 +14,7 @@
 //!
 //! A level may show the roots of other groups: one proxy stands in for a block, and the houses of the block have levels of
 //! their own, to any depth. Of everything, every view shows exactly one representation in every frame. A mesh that is
-//! swapped keeps its material: whoever wants another one listens for [`LodSwapped`].
+//! swapped keeps its material, unless there are [`LevelVariants`] of that.
 //!
 //! # Which level is shown
 //!
@@ -37,7 +37,7 @@
 //! looked at, and those that have moved or changed: so a camera that stands still costs next to nothing, and one that
 //! moves as much as there is near a switch. A lens that changes has all groups looked at, by a few nanoseconds each.
 //!
-//! # What is not there
+//! # Loading and dropping
 //!
 //! [`LodContent::Streamed`] names meshes by paths: they are loaded when their level comes near, and dropped when it has been
 //! far for long, within [`LodStreamingSettings::memory_budget`]. Of whatever level a mesh is not loaded, or cannot be, the
@@ -54,6 +54,7 @@ mod lens;
 mod place;
 mod settings;
 mod streaming;
+mod variants;
 mod view_levels;
 
 pub use choices::LodChoices;
@@ -61,6 +62,7 @@ pub(crate) use choices::LodView;
 pub use group::{LodContent, LodHits, LodLevel, LodMetric, LodReference, ProxyLod};
 pub use settings::{LodBias, LodSettings};
 pub use streaming::{LodStreamingSettings, LodStreamingStats};
+pub use variants::{LevelVariants, LevelVariantsPlugin};
 pub(crate) use view_levels::ViewLevels;
 
 use bevy::{
