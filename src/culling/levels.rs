@@ -61,5 +61,5 @@ pub(super) fn leave_out_of_lights(
 
 fn leave_out(lods: &LodChoices, view: LodView, list: &mut Vec<Entity>) {
     let levels = lods.levels_of(view);
-    list.retain(|&entity| !lods.is_member(entity) || lods.shows_in(levels, entity.index_u32()));
+    list.retain(|&entity| !lods.is_member(entity) || lods.shows_in(Some(levels), entity.index_u32()));
 }

@@ -187,7 +187,7 @@ pub(super) fn look(
 impl Request {
     /// The levels of detail that are seen: the finest ones, if there are none.
     fn levels<'a>(&self, sights: Sights<'a, '_, '_>) -> Option<&'a ViewLevels> {
-        sights.lods?.levels_of(self.levels?)
+        Some(sights.lods?.levels_of(self.levels?))
     }
 
     fn pool<'a>(&self, candidates: &'a Candidates) -> &'a Pool {

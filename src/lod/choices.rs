@@ -12,6 +12,8 @@ use super::{groups::Groups, place::Pending, view_levels::ViewLevels};
 pub struct LodChoices {
     pub(super) groups: Groups,
     pub(super) views: HashMap<LodView, ViewLevels>,
+    /// Of all other views: the finest levels.
+    pub(super) others: ViewLevels,
     /// The camera for which meshes are swapped.
     pub(super) main: Option<Entity>,
     /// What belongs to other levels than before, or to some and not before, or not any more.
@@ -60,7 +62,7 @@ impl LodChoices {
     /// group, and so up to the outermost. True of whatever belongs to none.
     pub fn shows(&self, view: Entity, entity: Entity) -> bool {
         self.groups.of_member(entity).is_none()
-            || self.shows_in(self.levels_of(LodView::Camera(view)), entity.index_u32())
+            || self.shows_in(Some(self.levels_of(LodView::Camera(view))), entity.index_u32())
     }
 
     /// The root of the group to which an entity belongs, with the levels that show it.
@@ -95,12 +97,12 @@ impl LodChoices {
         self.groups.shows(levels, self.main_levels(), number)
     }
 
-    pub(crate) fn levels_of(&self, view: LodView) -> Option<&ViewLevels> {
+    pub(crate) fn levels_of(&self, view: LodView) -> &ViewLevels {
         let view = match view {
             LodView::Shadows(origin) if self.shadows_follow_cameras => LodView::Camera(origin),
             view => view,
         };
-        self.views.get(&view)
+        self.views.get(&view).unwrap_or(&self.others)
     }
 
     /// What belongs to other levels than in the last frame.

@@ -1,11 +1,11 @@
 //! Choosing levels for every view, and telling of what has switched.
 
 use bevy::{
-    camera::{Camera, Camera3d, Projection, ShadowLodOrigin},
+    camera::{Camera, Camera3d, Projection, ShadowLodOrigin, primitives::Aabb},
     ecs::{
         change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
         entity::{Entity, EntityHashSet},
-        query::{Has, With, Without},
+        query::{Has, Or, With, Without},
         system::{Commands, Local, Query},
     },
     math::Mat4,
@@ -16,7 +16,7 @@ use bevy::{
 use tracing::warn;
 
 use super::{
-    LodBias, LodChoices, LodSettings, LodSwapped,
+    LodBias, LodChoices, LodSettings, LodSwapped, ProxyLod,
     choices::LodView,
     groups::{Contents, GroupId, Groups, MeshLevel},
     lens::Lens,
@@ -50,7 +50,13 @@ pub(super) fn choose_levels(
     )>,
     other_origins: Query<(Entity, &GlobalTransform), (With<ShadowLodOrigin>, Without<Camera>)>,
     movements: Movements,
-    unindexed: Query<(), (With<DetailLevel>, With<NoSpatialIndex>)>,
+    unindexed: Query<
+        (),
+        Or<(
+            (With<DetailLevel>, With<NoSpatialIndex>),
+            (With<ProxyLod>, Without<Aabb>),
+        )>,
+    >,
     places: Places,
     mut choices: ResMut<LodChoices>,
     mut commands: Commands,
@@ -80,6 +86,8 @@ pub(super) fn choose_levels(
         }
         let height = view
             .physical_viewport_size()
+            // Of a window that is minimised.
+            .filter(|size| size.y > 0)
             .map_or(settings.viewport_height, |size| size.y as f32);
         let clip_from_view = clip_from_view(view, projection);
         let bias = bias.map_or(1.0, |bias| bias.0);
@@ -99,7 +107,7 @@ pub(super) fn choose_levels(
                 "for the camera {camera} all is shown in full detail: its place, its projection or a bias is no good"
             );
         }
-        if is_3d && main.is_none_or(|first| (view.order, camera) < first) {
+        if is_seen && is_3d && main.is_none_or(|first| (view.order, camera) < first) {
             main = Some((view.order, camera));
         }
     }
@@ -117,13 +125,15 @@ pub(super) fn choose_levels(
             views,
         );
     }
-    let main = settings.main_camera.or(main.map(|(_, camera)| camera));
+    let named = (settings.main_camera).filter(|&main| views.iter().any(|&(view, _)| view == LodView::Camera(main)));
+    let main = named.or(main.map(|(_, camera)| camera));
     let has_other_main = std::mem::replace(&mut choices.main, main) != main;
 
     let now = time.map_or(0.0, |time| time.elapsed_secs_f64());
     let LodChoices {
         groups,
         views: levels,
+        others,
         pending,
         versions,
         ..
@@ -147,7 +157,8 @@ pub(super) fn choose_levels(
             .collect(),
         None => Vec::new(),
     };
-    for levels in levels.values_mut() {
+    others.list_members(groups);
+    for levels in levels.values_mut().chain([others]) {
         levels.list_members_of(&swapped, groups);
         levels.settle(has_other_main, versions);
     }

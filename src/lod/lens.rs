@@ -194,7 +194,9 @@ impl Reaches {
         })
     }
 
+    /// Never infinite: what is out of reach stays so.
     fn distance(&self, eye: Vec3) -> f32 {
-        (self.min - eye).max(eye - self.max).max(Vec3::ZERO).length()
+        let to_nearest = (self.min - eye).max(eye - self.max).max(Vec3::ZERO);
+        to_nearest.length().min(f32::MAX)
     }
 }

@@ -68,7 +68,7 @@ pub(crate) use view_levels::ViewLevels;
 use bevy::{
     app::{App, Plugin, PostUpdate},
     asset::AssetEventSystems,
-    camera::visibility::VisibilitySystems,
+    camera::{CameraUpdateSystems, visibility::VisibilitySystems},
     ecs::{
         entity::Entity,
         event::EntityEvent,
@@ -138,6 +138,7 @@ impl Plugin for ProxyLodPlugin {
                     LodSystems::Choose
                         .after(SpatialIndexSystems::Sync)
                         .after(TransformSystems::Propagate)
+                        .after(CameraUpdateSystems)
                         .before(VisibilitySystems::CheckVisibility),
                 ),
             )
