@@ -9,11 +9,12 @@ use bevy::{
     ecs::{
         change_detection::{ContiguousRef, DetectChangesMut, Ref, Res, ResMut},
         entity::{Entity, EntityHashSet},
+        entity_disabling::Disabled,
         hierarchy::{ChildOf, Children},
         lifecycle::RemovedComponents,
         message::MessageReader,
         name::NameOrEntity,
-        query::{Changed, Has, With},
+        query::{Allow, Changed, Has},
         system::{Commands, Local, Query, SystemParam},
     },
     mesh::{Mesh, Mesh3d},
@@ -25,7 +26,7 @@ use super::streaming::StreamedMeshes;
 use super::{
     LodChoices, LodContent, LodHits, ProxyLod,
     groups::{Contents, Family, Group, GroupId, MeshLevel},
-    place::Change,
+    place::{Change, InGroup},
 };
 use crate::index::{
     DetailLevel, SimplifiedMesh,
@@ -38,8 +39,10 @@ pub(super) struct Changes<'w, 's> {
     lods: Query<'w, 's, (Entity, Ref<'static, ProxyLod>)>,
     lods_changed: Query<'w, 's, Entity, Changed<ProxyLod>>,
     removed: RemovedComponents<'w, 's, ProxyLod>,
-    children: Query<'w, 's, (Entity, Ref<'static, Children>), With<DetailLevel>>,
-    children_changed: Query<'w, 's, Entity, (Changed<Children>, With<DetailLevel>)>,
+    enabled: RemovedComponents<'w, 's, Disabled>,
+    /// Of members, and of roots: what hangs elsewhere moves by itself.
+    children: Query<'w, 's, (Entity, Ref<'static, Children>), InGroup>,
+    children_changed: Query<'w, 's, Entity, (Changed<Children>, InGroup)>,
     children_removed: RemovedComponents<'w, 's, Children>,
     members_removed: RemovedComponents<'w, 's, DetailLevel>,
 }
@@ -85,9 +88,9 @@ pub(super) struct Buffers {
 /// Brings the groups up to date, and tells the index what their members are.
 pub(super) fn follow_groups(
     mut changes: Changes,
-    lods: Query<(NameOrEntity, &ProxyLod)>,
-    entities: Query<(Option<&Children>, Option<&ChildOf>)>,
-    members: Query<&DetailLevel>,
+    lods: Query<(NameOrEntity, &ProxyLod), Allow<Disabled>>,
+    entities: Query<(Option<&Children>, Option<&ChildOf>), Allow<Disabled>>,
+    members: Query<&DetailLevel, Allow<Disabled>>,
     mut choices: ResMut<LodChoices>,
     mut commands: Commands,
     mut buffers: Local<Buffers>,
@@ -121,10 +124,16 @@ pub(super) fn follow_groups(
         }
     }
     changes.find(found, restructured);
+    // What changed while it was disabled was not found.
+    let enabled = found.len();
+    found.extend(changes.enabled.read());
+    restructured.extend(&found[enabled..]);
     for &root in &*found {
         if let Ok((name, lod)) = lods.get(root) {
             let mut flaws = Vec::new();
-            groups.insert(root, lod, &mut flaws, dirty);
+            if let Some(swapped) = groups.insert(root, lod, &mut flaws, dirty) {
+                give_back(&swapped, &mut commands);
+            }
             let mut levels = lod.levels.iter();
             *streaming_changes += u64::from(levels.any(|level| matches!(level.content, LodContent::Streamed(_))));
             warn_once(&name, root, &flaws, warned);
@@ -133,7 +142,11 @@ pub(super) fn follow_groups(
     restructured.extend(changes.children_removed.read().chain(changes.members_removed.read()));
     for &entity in &*restructured {
         dirty.extend(groups.of_member(entity).map(|within| within.group));
-        dirty.extend(groups.of_root(entity));
+        if let Some(id) = groups.of_root(entity) {
+            dirty.push(id);
+            // What is below a root may belong to the group that this one is in.
+            dirty.extend(groups.parent(id).map(|parent| parent.group));
+        }
     }
     if dirty.is_empty() && touched.is_empty() {
         return;
@@ -149,6 +162,9 @@ pub(super) fn follow_groups(
             parent: parent.map(ChildOf::parent),
         })
     };
+    for &id in &*dirty {
+        groups.release_nested(id, touched);
+    }
     for &id in &*dirty {
         let mut flaws = Vec::new();
         groups.find_members(id, &family, &mut flaws, touched);
@@ -191,7 +207,8 @@ fn warn_once(name: &impl std::fmt::Display, root: Entity, flaws: &[super::groups
 /// Takes back what an entity was given for its swapped meshes.
 fn give_back(group: &Group, commands: &mut Commands) {
     if group.given.has_bounds {
-        commands.entity(group.root).try_remove::<NoAutoAabb>();
+        // Bevy computes the box of the mesh anew.
+        commands.entity(group.root).try_remove::<(Aabb, NoAutoAabb)>();
     }
     if group.given.has_simplified_mesh {
         commands.entity(group.root).try_remove::<SimplifiedMesh>();
@@ -279,6 +296,7 @@ pub(super) fn bound_swapped(
                 around = Some(around.map_or(*of_mesh, |around| union(&around, of_mesh)));
             }
         }
+        group.mesh_bounds = around;
         let mut root = commands.entity(group.root);
         if let Some(around) = around
             && !is_never_culled

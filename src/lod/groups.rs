@@ -36,7 +36,7 @@ pub(super) struct Groups {
     /// By index in the world; [`NO_GROUP`] for those that are roots of none.
     of_root: Vec<GroupId>,
     len: usize,
-    /// By which levels an entity is listed: by two groups only if it is the root of the first.
+    /// By which levels an entity is listed: it is part of the first group of which it is not the root, and of its own.
     listed: EntityHashMap<SmallVec<[Within; 1]>>,
     /// By index in the world.
     members: Vec<Member>,
@@ -82,6 +82,8 @@ pub(super) struct Group {
     pub available: u8,
     /// Those of which some meshes are not loaded.
     pub missing: u8,
+    /// The box around all of its meshes, if these are swapped.
+    pub mesh_bounds: Option<Aabb>,
     /// Its bounds in the space of the root, as far as they are known.
     pub bounds: Option<Aabb>,
     /// Whether what it lists is elsewhere than right below its root, and so may move by itself unnoticed.
@@ -228,6 +230,7 @@ impl Group {
             thresholds,
             available: 0,
             missing: 0,
+            mesh_bounds: None,
             bounds: None,
             is_loose: false,
             members: Vec::new(),
@@ -391,15 +394,28 @@ impl Groups {
         self.free.append(&mut self.freed);
     }
 
-    /// Adds a group, or reads it anew. Groups that are affected, itself among them, are added to `dirty`.
-    pub fn insert(&mut self, root: Entity, lod: &ProxyLod, flaws: &mut Vec<Flaw>, dirty: &mut Vec<GroupId>) {
+    /// Adds a group, or reads it anew. Groups that are affected, itself among them, are added to `dirty`. Returns what it
+    /// was, if its meshes were swapped, and it has none any more.
+    pub fn insert(
+        &mut self,
+        root: Entity,
+        lod: &ProxyLod,
+        flaws: &mut Vec<Flaw>,
+        dirty: &mut Vec<GroupId>,
+    ) -> Option<Group> {
         let mut group = Group::read(root, lod, flaws);
+        let mut swapped = None;
         let id = match self.of_root(root) {
             Some(id) => {
-                self.unlist(id);
-                if let Some(old) = self.records[id as usize].take() {
-                    (group.members, group.nested) = (old.members, old.nested);
+                self.unlist(id, dirty);
+                if let Some(mut old) = self.records[id as usize].take() {
+                    group.members = std::mem::take(&mut old.members);
+                    group.nested = std::mem::take(&mut old.nested);
                     (group.given, group.bounds) = (old.given, old.bounds);
+                    if old.mesh_levels() != 0 && group.mesh_levels() == 0 {
+                        group.given = Given::default();
+                        swapped = Some(old);
+                    }
                 }
                 id
             }
@@ -424,31 +440,23 @@ impl Groups {
         };
         // Whoever has what is in this group now has to give it back.
         let listed = group.listed().map(|(entity, _)| entity);
-        dirty.extend(
-            listed
-                .chain([root])
-                .filter_map(|entity| Some(self.of_member(entity)?.group)),
-        );
+        for entity in listed.chain([root]) {
+            dirty.extend(self.of_member(entity).map(|within| within.group));
+            let inner = self.of_root(entity).filter(|&inner| inner != id);
+            dirty.extend(inner.and_then(|inner| Some(self.parent(inner)?.group)));
+        }
         dirty.extend(self.parent(id).map(|parent| parent.group));
         dirty.push(id);
         for (entity, levels) in group.listed() {
             let by = self.listed.entry(entity).or_default();
-            if let Some(own) = by.iter_mut().find(|within| within.group == id) {
-                own.levels |= levels;
-            } else if entity == root {
-                by.insert(0, Within { group: id, levels });
-            } else if by.iter().any(|within| {
-                self.records[within.group as usize]
-                    .as_ref()
-                    .is_none_or(|other| other.root != entity)
-            }) {
-                flaws.push(Flaw::Shared(entity));
-            } else {
-                by.push(Within { group: id, levels });
+            match by.iter_mut().find(|within| within.group == id) {
+                Some(own) => own.levels |= levels,
+                None => by.push(Within { group: id, levels }),
             }
         }
         self.links[id as usize].is_swapped = matches!(group.contents, Contents::Meshes(_));
         self.records[id as usize] = Some(group);
+        swapped
     }
 
     /// Takes a group out, if there is one. Those that are affected are added to `dirty`, and whatever may have belonged to
@@ -457,11 +465,11 @@ impl Groups {
         let id = self.of_root(root)?;
         self.of_root[root.index_u32() as usize] = NO_GROUP;
         self.len -= 1;
-        self.unlist(id);
+        self.unlist(id, dirty);
         let group = self.records[id as usize].take()?;
         dirty.extend(self.links[id as usize].parent.take().map(|parent| parent.group));
         for &nested in &group.nested {
-            self.links[nested as usize].parent = None;
+            self.leave(nested, id);
             dirty.push(nested);
         }
         for &member in &group.members {
@@ -473,8 +481,25 @@ impl Groups {
         Some(group)
     }
 
-    /// Finds out anew what belongs to a group, by the `children` of entities, with their parents. Whatever did or does is
-    /// added to `touched`.
+    /// Lets go of the groups in a group, before it is found out anew which are. Whatever is in them is added to `touched`.
+    pub fn release_nested(&mut self, id: GroupId, touched: &mut Vec<Entity>) {
+        self.visit_members(id, &mut |member| touched.push(member));
+        let nested = self.get_mut(id).map(|group| std::mem::take(&mut group.nested));
+        for nested in nested.into_iter().flatten() {
+            self.leave(nested, id);
+        }
+    }
+
+    /// Has a group be in another no more.
+    fn leave(&mut self, id: GroupId, outer: GroupId) {
+        let parent = &mut self.links[id as usize].parent;
+        if parent.is_some_and(|parent| parent.group == outer) {
+            *parent = None;
+        }
+    }
+
+    /// Finds out anew what belongs to a group, by the `children` of entities, with their parents: after all groups that
+    /// are found anew have [released](Self::release_nested) theirs. Whatever did or does is added to `touched`.
     pub fn find_members<'a>(
         &mut self,
         id: GroupId,
@@ -488,14 +513,6 @@ impl Groups {
         for member in group.members.drain(..) {
             self.release(member, id);
             touched.push(member);
-        }
-        for nested in group.nested.drain(..) {
-            if self.links[nested as usize]
-                .parent
-                .is_some_and(|parent| parent.group == id)
-            {
-                self.links[nested as usize].parent = None;
-            }
         }
         group.is_loose = false;
         let mut available = group.mesh_levels();
@@ -511,8 +528,11 @@ impl Groups {
         }
         let listed: SmallVec<[(Entity, u8); 8]> = group.listed().collect();
         for (entity, _) in listed {
-            let own = (self.listed.get(&entity)).and_then(|by| by.iter().find(|within| within.group == id).copied());
-            let (Some(within), Some(found)) = (own, family(entity)) else {
+            let Some(found) = family(entity) else {
+                continue;
+            };
+            let Some(within) = self.claim_of(entity, id, &group) else {
+                flaws.push(Flaw::Shared(entity));
                 continue;
             };
             group.is_loose |= entity != group.root && found.parent != Some(group.root);
@@ -532,6 +552,17 @@ impl Groups {
         group.available = available;
         touched.extend(&group.members);
         self.records[id as usize] = Some(group);
+    }
+
+    /// The levels of a group that show an entity, unless it is part of another.
+    fn claim_of(&self, entity: Entity, id: GroupId, group: &Group) -> Option<Within> {
+        let by = self.listed.get(&entity)?;
+        if entity == group.root {
+            return by.iter().find(|within| within.group == id).copied();
+        }
+        let own = self.of_root(entity);
+        let first = by.iter().find(|within| Some(within.group) != own);
+        first.filter(|within| within.group == id).copied()
     }
 
     /// Takes what is at and below an entity into a group, but for what is listed otherwise.
@@ -598,14 +629,15 @@ impl Groups {
         }
     }
 
-    /// Forgets what a group lists.
-    fn unlist(&mut self, id: GroupId) {
+    /// Forgets what a group lists. Whoever lists it as well is added to `dirty`.
+    fn unlist(&mut self, id: GroupId, dirty: &mut Vec<GroupId>) {
         let Some(group) = &self.records[id as usize] else {
             return;
         };
         for (entity, _) in group.listed() {
             if let Some(by) = self.listed.get_mut(&entity) {
                 by.retain(|within| within.group != id);
+                dirty.extend(by.iter().map(|within| within.group));
                 if by.is_empty() {
                     self.listed.remove(&entity);
                 }

@@ -7,7 +7,8 @@ use bevy::{
     ecs::{
         change_detection::Ref,
         entity::Entity,
-        query::{Changed, Or, With},
+        entity_disabling::Disabled,
+        query::{Allow, Changed, Or, With},
         system::{Query, SystemParam},
     },
     math::{DAffine3, Mat3A, Vec3A},
@@ -79,7 +80,7 @@ impl Pending {
 }
 
 /// It belongs to a group, or is the root of one.
-type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
+pub(super) type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
 
 /// What has moved since the last frame.
 #[derive(SystemParam)]
@@ -107,7 +108,7 @@ pub(super) struct Movements<'w, 's> {
 }
 
 /// Where entities are.
-pub(super) type Places<'w, 's> = Query<'w, 's, (&'static GlobalTransform, Option<&'static Aabb>)>;
+pub(super) type Places<'w, 's> = Query<'w, 's, (&'static GlobalTransform, Option<&'static Aabb>), Allow<Disabled>>;
 
 impl Movements<'_, '_> {
     /// Whatever belongs to a group, or is the root of one, and has moved or got other bounds; with whether it has done so
@@ -167,15 +168,16 @@ impl Groups {
             }
         }
         pending.followers = followers;
-        let mut end = 0;
-        while end < pending.ids.len() {
-            let id = pending.ids[end];
-            if let Some(parent) = self.parent(id)
-                && pending.has(id, Change::Resized)
+        for place in 0..pending.ids.len() {
+            let mut id = pending.ids[place];
+            // Those above one that was noted itself have their turn with that.
+            while pending.has(id, Change::Resized)
+                && let Some(parent) = self.parent(id)
+                && !pending.has(parent.group, Change::Resized)
             {
-                pending.note(parent.group, Change::Resized);
+                id = parent.group;
+                pending.note(id, Change::Resized);
             }
-            end += 1;
         }
         let depth = |mut id: GroupId| {
             let mut depth = 0;
@@ -193,7 +195,8 @@ impl Groups {
                 continue;
             };
             let bounds = match group.given_bounds {
-                None if pending.has(id, Change::Resized) => self.bounds_of(group, places),
+                // A place that was of no use may be good now.
+                None if pending.has(id, Change::Resized) || group.bounds.is_none() => self.bounds_of(group, places),
                 None => group.bounds,
                 given => given,
             };
@@ -209,7 +212,8 @@ impl Groups {
     fn bounds_of(&self, group: &Group, places: &Places) -> Option<Aabb> {
         let (root, own) = places.get(group.root).ok()?;
         if matches!(group.contents, Contents::Meshes(_)) {
-            return own.copied();
+            // What is never culled has none of its own.
+            return own.copied().or(group.mesh_bounds);
         }
         let root_from_world = root.affine().as_daffine3().inverse();
         if !root_from_world.is_finite() {

@@ -32,8 +32,8 @@ pub(crate) struct ViewLevels {
     blocks: Vec<Block>,
     /// The earliest of each block, or something earlier.
     block_due: Vec<f32>,
-    /// Until when levels stay, in seconds; empty if none does.
-    stays_until: Vec<f64>,
+    /// Since when levels are wanted, in seconds; empty if none has to stay.
+    since: Vec<f64>,
     moved: f32,
     /// The levels from which groups fade to the one that is shown.
     fading: HashMap<GroupId, u8>,
@@ -197,7 +197,7 @@ impl ViewLevels {
         self.blocks.resize(blocks, Block::UNKNOWN);
         self.block_due.resize(blocks, f32::NEG_INFINITY);
         let staying = if sight.dwell > 0.0 { reaches.len() } else { 0 };
-        self.stays_until.resize(staying, f64::NEG_INFINITY);
+        self.since.resize(staying, f64::NEG_INFINITY);
 
         let before = self.sight.replace(sight);
         let sees_as_before = before.is_some_and(|before| {
@@ -221,8 +221,8 @@ impl ViewLevels {
             (self.blocks[block].due[place], self.block_due[block]) = (f32::NEG_INFINITY, f32::NEG_INFINITY);
             if reaches[group as usize].levels == 0 {
                 self.blocks[block].groups[place] = InView::UNKNOWN;
-                if let Some(until) = self.stays_until.get_mut(group as usize) {
-                    *until = f64::NEG_INFINITY;
+                if let Some(since) = self.since.get_mut(group as usize) {
+                    *since = f64::NEG_INFINITY;
                 }
             }
         }
@@ -257,18 +257,19 @@ impl ViewLevels {
             return f32::INFINITY;
         }
         let state = &mut self.blocks[group / BLOCK].groups[group % BLOCK];
-        let known = (state.wanted != UNKNOWN).then_some(state.wanted);
+        let known = (state.wanted < reaches.levels).then_some(state.wanted);
         let choice = reaches.choose(&sight.lens, sight.eye, known.unwrap_or(0), sight.stay);
+        let mut due = (self.moved + choice.slack).next_down();
         if known != Some(choice.level) {
-            if let Some(until) = self.stays_until.get_mut(group) {
-                if known.is_some() && now < *until {
-                    return f32::NEG_INFINITY;
-                }
-                *until = now + sight.dwell;
-            }
             state.wanted = choice.level;
+            if let Some(since) = self.since.get_mut(group) {
+                match known {
+                    Some(known) if now < *since + sight.dwell => (state.wanted, due) = (known, f32::NEG_INFINITY),
+                    _ => *since = now,
+                }
+            }
         }
-        let shown = stand_in(choice.level, reaches.available);
+        let shown = stand_in(state.wanted, reaches.available);
         if shown != state.shown {
             self.switches.push(Switch {
                 group: group as GroupId,
@@ -277,7 +278,7 @@ impl ViewLevels {
             });
             state.shown = shown;
         }
-        (self.moved + choice.slack).next_down()
+        due
     }
 }
 
