@@ -9,6 +9,7 @@ mod geometry;
 mod inner_boxes;
 mod layering;
 mod line_of_sight;
+mod lod;
 mod mesh;
 mod mesh_assets;
 mod mesh_batches;
