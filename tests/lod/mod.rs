@@ -1,9 +1,12 @@
 //! Levels of detail: of each group exactly one, in every view, in every frame.
 
+mod bad_input;
 mod choosing;
+mod differential;
 mod events;
 mod members;
 mod nested;
+mod others;
 mod shadows;
 mod stability;
 mod swapped;
