@@ -327,3 +327,76 @@ fn poses_are_followed_on_several_threads() {
         }
     }
 }
+
+/// An app with so many groups of three levels on a plane, 3 m apart, and a camera above them.
+fn app_with_groups(n: usize) -> (App, Entity) {
+    ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(4).build());
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TransformPlugin, ProxyLodPlugin))
+        .init_resource::<Allocated>();
+    app.finish();
+    let side = (n as f32).sqrt().ceil() as usize;
+    for i in 0..n {
+        let place = Vec3::new((i % side) as f32, 0.0, (i / side) as f32) * 3.0;
+        let root = app.world_mut().spawn(Transform::from_translation(place)).id();
+        let around = Aabb::from_min_max(Vec3::NEG_ONE, Vec3::ONE);
+        let levels = [(); 3].map(|()| {
+            app.world_mut()
+                .spawn((Transform::default(), around, ChildOf(root)))
+                .id()
+        });
+        let lod = ProxyLod::new(LodMetric::Height, levels[0])
+            .then(0.2, levels[1])
+            .then(0.05, levels[2]);
+        app.world_mut().entity_mut(root).insert(lod);
+    }
+    let camera = app
+        .world_mut()
+        .spawn((Camera3d::default(), Transform::from_xyz(0.0, 4.0, 0.0)));
+    let camera = camera.id();
+    app.edit_schedule(PostUpdate, |schedule| {
+        schedule.set_executor(SingleThreadedExecutor::new());
+    });
+    app.add_systems(
+        PostUpdate,
+        (
+            (|| COUNT.set(Some(0)))
+                .after(TransformSystems::Propagate)
+                .before(LodSystems::Follow),
+            (|mut allocated: ResMut<Allocated>| allocated.0 = COUNT.take().expect("it was set"))
+                .after(LodSystems::Choose),
+        ),
+    );
+    (app, camera)
+}
+
+#[test]
+fn levels_are_chosen_without_allocations_once_warm() {
+    let (mut app, camera) = app_with_groups(1000);
+    let levels = |app: &mut App| -> usize {
+        let mut roots = app.world_mut().query_filtered::<Entity, With<ProxyLod>>();
+        let choices = app.world().resource::<LodChoices>();
+        let level = |root| choices.level(root, camera).expect("a group and a camera");
+        roots.iter(app.world()).map(level).sum()
+    };
+    let step = |app: &mut App, at: f32| {
+        let mut place = app.world_mut().get_mut::<Transform>(camera).expect("a camera");
+        place.translation.x = at;
+        app.update();
+    };
+    // To and fro, twice.
+    let way = || (0..80).chain((0..80).rev()).map(|at| at as f32);
+    way().for_each(|at| step(&mut app, at));
+    let first = levels(&mut app);
+    let mut has_switched = false;
+    for at in way() {
+        step(&mut app, at);
+        assert_eq!(app.world().resource::<Allocated>().0, 0, "at {at}");
+        has_switched |= levels(&mut app) != first;
+    }
+    assert!(has_switched);
+    for _ in 0..32 {
+        app.update();
+        assert_eq!(app.world().resource::<Allocated>().0, 0);
+    }
+}

@@ -67,13 +67,15 @@ pub(crate) use view_levels::ViewLevels;
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::AssetEventSystems,
+    asset::{AssetEvent, AssetEventSystems},
     camera::{CameraUpdateSystems, visibility::VisibilitySystems},
     ecs::{
         entity::Entity,
         event::EntityEvent,
-        schedule::{IntoScheduleConfigs, SystemSet},
+        message::Messages,
+        schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
     },
+    mesh::Mesh,
     reflect::Reflect,
     transform::TransformSystems,
 };
@@ -145,7 +147,12 @@ impl Plugin for ProxyLodPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (follow::follow_groups, follow::bound_swapped, await_meshes::await_meshes)
+                    (
+                        follow::follow_groups,
+                        (follow::bound_swapped, await_meshes::await_meshes)
+                            .chain_ignore_deferred()
+                            .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
+                    )
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Follow),
                     (
