@@ -6,7 +6,10 @@ mod script;
 
 use std::collections::HashMap;
 
-use bevy::camera::visibility::{CascadesVisibleEntities, CubemapVisibleEntities, VisibleMeshEntities};
+use bevy::{
+    camera::visibility::{CascadesVisibleEntities, CubemapVisibleEntities, VisibleMeshEntities},
+    light::cluster::ClusterVisibilityClass,
+};
 
 use super::*;
 use oracle::{Looker, Oracle};
@@ -39,22 +42,31 @@ fn lists(world: &World, script: &Script, origin: Option<Entity>) -> Vec<List> {
         }
     }
     let [lamp, spot, sun] = script.lights;
-    let shadows = origin.map(|origin| (origin, true));
-    let faces = world.get::<CubemapVisibleEntities>(lamp).expect("a lamp");
-    for face in 0..6 {
-        let (name, entities) = (format!("face {face}"), faces.get(face).entities.clone());
+    // Of those that no camera lists, the shadow maps stay as they were.
+    let is_listed = |light: &Entity| {
+        let mut lists = script
+            .cameras
+            .iter()
+            .filter_map(|&camera| world.get::<VisibleEntities>(camera));
+        lists.any(|lists| lists.get(TypeId::of::<ClusterVisibilityClass>()).contains(light))
+    };
+    let looker = origin.map(|origin| (origin, true));
+    if is_listed(&lamp) {
+        let faces = world.get::<CubemapVisibleEntities>(lamp).expect("a lamp");
+        all.extend((0..6).map(|face| List {
+            name: format!("face {face}"),
+            looker,
+            entities: faces.get(face).entities.clone(),
+        }));
+    }
+    if is_listed(&spot) {
+        let list = world.get::<VisibleMeshEntities>(spot).expect("a spot");
         all.push(List {
-            name,
-            looker: shadows,
-            entities,
+            name: "spot".into(),
+            looker,
+            entities: list.entities.clone(),
         });
     }
-    let entities = world.get::<VisibleMeshEntities>(spot).expect("a spot").entities.clone();
-    all.push(List {
-        name: "spot".into(),
-        looker: shadows,
-        entities,
-    });
     let mut cascades: Vec<_> = world
         .get::<CascadesVisibleEntities>(sun)
         .expect("a sun")
