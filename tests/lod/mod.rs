@@ -4,11 +4,13 @@ mod bad_input;
 mod choosing;
 mod differential;
 mod events;
+mod fade;
 mod members;
 mod nested;
 mod others;
 mod shadows;
 mod stability;
+mod streaming;
 mod swapped;
 mod views;
 
