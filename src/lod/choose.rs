@@ -1,11 +1,11 @@
 //! Choosing levels for every view, and telling of what has switched.
 
 use bevy::{
-    camera::{Camera, Camera3d, Projection, ShadowLodOrigin, primitives::Aabb},
+    camera::{Camera, Camera3d, Projection, ShadowLodOrigin},
     ecs::{
         change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
         entity::{Entity, EntityHashSet},
-        query::{Has, Or, With, Without},
+        query::{Has, With, Without},
         system::{Commands, Local, Query},
     },
     math::Mat4,
@@ -16,7 +16,7 @@ use bevy::{
 use tracing::warn;
 
 use super::{
-    LodBias, LodChoices, LodSettings, LodSwapped, ProxyLod,
+    LodBias, LodChoices, LodSettings, LodSwapped,
     choices::LodView,
     groups::{Contents, GroupId, Groups, MeshLevel},
     lens::Lens,
@@ -50,20 +50,14 @@ pub(super) fn choose_levels(
     )>,
     other_origins: Query<(Entity, &GlobalTransform), (With<ShadowLodOrigin>, Without<Camera>)>,
     movements: Movements,
-    unindexed: Query<
-        (),
-        Or<(
-            (With<DetailLevel>, With<NoSpatialIndex>),
-            (With<ProxyLod>, Without<Aabb>),
-        )>,
-    >,
+    unindexed: Query<(), (With<DetailLevel>, With<NoSpatialIndex>)>,
     places: Places,
     mut choices: ResMut<LodChoices>,
     mut commands: Commands,
     mut memory: Local<Memory>,
 ) {
     let Memory { views, warned, syncs } = &mut *memory;
-    // Whatever has bounds and has moved has moved in the index, if that was asked.
+    // Whatever has bounds and has moved has moved in the index, if that was asked; and so has what is below a root.
     let is_synchronised = index.syncs() != *syncs;
     *syncs = index.syncs();
     let choices = &mut *choices;
@@ -71,14 +65,14 @@ pub(super) fn choose_levels(
         choices.views.clear();
         return;
     }
-    if index.is_changed() || !is_synchronised || !unindexed.is_empty() {
+    if index.is_changed() || !is_synchronised || !unindexed.is_empty() || choices.groups.has_loose() {
         let LodChoices { groups, pending, .. } = choices;
         movements.visit(|entity, by_itself| groups.note_movement(entity, by_itself, pending));
     }
     choices.groups.place(&mut choices.pending, &places);
 
     views.clear();
-    choices.shadows_follow_cameras = settings.shadow_bias == 1.0;
+    choices.shadows_follow_cameras = shadow_bias(&settings) == 1.0;
     let mut main: Option<(isize, Entity)> = None;
     for (camera, view, place, projection, bias, is_3d) in &cameras {
         if !view.is_active {
@@ -169,6 +163,12 @@ pub(super) fn choose_levels(
     }
 }
 
+/// The bias of shadow maps, if it is one.
+fn shadow_bias(settings: &LodSettings) -> f32 {
+    let bias = settings.shadow_bias;
+    if bias > 0.0 && bias.is_finite() { bias } else { 1.0 }
+}
+
 /// Adds what a camera sees, and if that is something else what it has shadow maps see. Returns whether it sees anything.
 fn look(
     view: LodView,
@@ -191,9 +191,9 @@ fn look(
         lens.is_some()
     };
     if let LodView::Camera(camera) = view
-        && settings.shadow_bias != 1.0
+        && shadow_bias(settings) != 1.0
     {
-        add(LodView::Shadows(camera), bias * settings.shadow_bias);
+        add(LodView::Shadows(camera), bias * shadow_bias(settings));
     }
     add(view, bias)
 }

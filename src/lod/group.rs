@@ -47,7 +47,7 @@ pub struct ProxyLod {
     /// Multiplies the size of the group in views: over 1, finer levels are shown from farther away.
     pub bias: f32,
     /// The bounds of the group in the space of the root, which decide how large it is and where. By default the union of
-    /// the boxes of what the first level shows.
+    /// the boxes of what the first level shows, or of all meshes where these are swapped.
     pub bounds: Option<Aabb>,
     /// What rays and picks hit.
     pub hits: LodHits,

@@ -7,6 +7,7 @@ use bevy::{
     camera::primitives::Aabb,
     ecs::entity::{Entity, EntityHashMap},
     mesh::Mesh,
+    platform::collections::HashSet,
 };
 use smallvec::SmallVec;
 
@@ -36,6 +37,8 @@ pub(super) struct Groups {
     /// By index in the world; [`NO_GROUP`] for those that are roots of none.
     of_root: Vec<GroupId>,
     len: usize,
+    /// Those whose roots move without what they list.
+    loose: HashSet<GroupId>,
     /// By which levels an entity is listed: it is part of the first group of which it is not the root, and of its own.
     listed: EntityHashMap<SmallVec<[Within; 1]>>,
     /// By index in the world.
@@ -158,7 +161,7 @@ impl fmt::Display for Flaw {
             ),
             Self::Threshold => write!(
                 f,
-                "a threshold is NaN or negative, or they are not in order; levels may never be shown"
+                "a threshold, or how many pixels of error there may be, is NaN or negative, or thresholds are not in order; levels may never be shown"
             ),
             Self::Bias => write!(f, "its bias is not a positive number, and counts as 1"),
             Self::Shared(entity) => write!(f, "{entity} is part of another group, and not of this one"),
@@ -212,7 +215,8 @@ impl Group {
             LodMetric::Distance => pair[0] <= pair[1],
             LodMetric::PixelError(_) => true,
         });
-        if !are_numbers || !are_in_order {
+        let is_sound = !matches!(lod.metric, LodMetric::PixelError(pixels) if pixels.is_nan() || pixels <= 0.0);
+        if !are_numbers || !are_in_order || !is_sound {
             flaws.push(Flaw::Threshold);
         }
         let is_sound = lod.bias > 0.0 && lod.bias.is_finite();
@@ -288,6 +292,11 @@ impl Groups {
 
     pub fn ids(&self) -> impl Iterator<Item = GroupId> + '_ {
         (0..self.records.len() as GroupId).filter(|&id| self.get(id).is_some())
+    }
+
+    /// Whether some list what is elsewhere than right below their roots.
+    pub fn has_loose(&self) -> bool {
+        !self.loose.is_empty()
     }
 
     pub fn len(&self) -> usize {
@@ -477,6 +486,7 @@ impl Groups {
             touched.push(member);
         }
         self.reaches[id as usize] = Reaches::NONE;
+        self.loose.remove(&id);
         self.freed.push(id);
         Some(group)
     }
@@ -551,6 +561,11 @@ impl Groups {
         available |= u8::from(last_is_empty) << levels.saturating_sub(1);
         group.available = available;
         touched.extend(&group.members);
+        if group.is_loose {
+            self.loose.insert(id);
+        } else {
+            self.loose.remove(&id);
+        }
         self.records[id as usize] = Some(group);
     }
 

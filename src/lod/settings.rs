@@ -16,7 +16,7 @@ pub struct LodSettings {
     /// Multiplies the size of everything in all views: over 1, finer levels are shown from farther away.
     pub bias: f32,
     /// The same for shadow maps, on top of all else: under 1, shadows are cast by coarser levels. At 1 they are cast by
-    /// what the camera shows.
+    /// what the camera shows, and so they are if this is no positive number.
     pub shadow_bias: f32,
     /// How far beyond a threshold a coarser level takes over, as a fraction of the distance. A finer level comes at the
     /// threshold itself, which so is a promise; between the two nothing switches.

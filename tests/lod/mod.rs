@@ -12,6 +12,7 @@ mod shadows;
 mod stability;
 mod streaming;
 mod swapped;
+mod variants;
 mod views;
 
 use std::any::TypeId;
