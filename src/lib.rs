@@ -87,6 +87,12 @@ pub mod prelude {
         selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},
     };
 
+    #[cfg(feature = "simplify")]
+    pub use crate::lod::simplify::{
+        AutoProxy, AutoProxyPlugin, AutoProxySystems, ClusterMaterials, ClusterProxy, ProxyFailed, ProxyProgress,
+        ProxyReady, SimplifyError, SimplifyTarget,
+    };
+
     #[cfg(feature = "picking")]
     pub use crate::picking::{SpatialPickingPlugin, SpatialPickingSettings};
 
@@ -105,6 +111,8 @@ impl PluginGroup for SightlinePlugins {
             .add(lod::ProxyLodPlugin)
             .add(occlusion::OcclusionPlugin)
             .add(culling::ViewCullingPlugin);
+        #[cfg(feature = "simplify")]
+        let group = group.add(lod::simplify::AutoProxyPlugin::default());
         #[cfg(feature = "picking")]
         let group = group.add(picking::SpatialPickingPlugin);
         #[cfg(feature = "sprite")]

@@ -53,6 +53,8 @@ mod groups;
 mod lens;
 mod place;
 mod settings;
+#[cfg(feature = "simplify")]
+pub mod simplify;
 mod streaming;
 mod variants;
 mod view_levels;
