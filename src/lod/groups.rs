@@ -192,7 +192,7 @@ impl Group {
             match (&mut contents, &level.content) {
                 (Contents::Meshes(levels), LodContent::Mesh(mesh)) => levels.push(MeshLevel::Mesh(mesh.clone())),
                 (Contents::Meshes(levels), LodContent::Streamed(path)) => {
-                    levels.push(MeshLevel::Streamed(path.clone()))
+                    levels.push(MeshLevel::Streamed(path.clone()));
                 }
                 (Contents::Meshes(levels), LodContent::Nothing) => levels.push(MeshLevel::Nothing),
                 (Contents::Entities(levels), LodContent::Entities(entities)) => levels.push(entities.clone()),

@@ -305,8 +305,8 @@ fn groups_in_a_cycle_are_shown_as_far_as_that_goes() {
         app.update();
         assert!(!listed(&app, camera).is_empty());
     }
-    for i in 0..3 {
-        despawn(&mut app, roots[i]);
+    for root in roots {
+        despawn(&mut app, root);
         app.update();
     }
     assert_eq!(listed(&app, camera), proxies);

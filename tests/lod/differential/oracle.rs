@@ -66,7 +66,7 @@ fn moved(place: &DAffine3, (min, max): (DVec3, DVec3)) -> (DVec3, DVec3) {
 }
 
 fn as_box(aabb: &Aabb) -> (DVec3, DVec3) {
-    (DVec3::from(aabb.min().as_dvec3()), DVec3::from(aabb.max().as_dvec3()))
+    (aabb.min().as_dvec3(), aabb.max().as_dvec3())
 }
 
 impl Oracle {
