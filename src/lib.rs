@@ -75,9 +75,9 @@ pub mod prelude {
             SpatialIndexSystems, SweepHit,
         },
         lod::{
-            LevelVariants, LevelVariantsPlugin, LodBias, LodChoices, LodContent, LodHits, LodLevel, LodMetric,
-            LodReference, LodSettings, LodStreamingSettings, LodStreamingStats, LodSwapped, LodSystems, ProxyLod,
-            ProxyLodPlugin,
+            LevelVariants, LevelVariantsPlugin, LodBias, LodChoices, LodContent, LodDiagnosticsPlugin, LodHits,
+            LodLevel, LodMetric, LodReference, LodSettings, LodStats, LodStreamingSettings, LodStreamingStats,
+            LodSwapped, LodSystems, ProxyLod, ProxyLodPlugin,
         },
         occlusion::{
             NoOcclusionCulling, Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionBudget,

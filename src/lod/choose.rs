@@ -1,30 +1,26 @@
 //! Choosing levels for every view, and telling of what has switched.
 
+use std::time::Instant;
+
 use bevy::{
-    camera::{Camera, Camera3d, Projection, ShadowLodOrigin},
     ecs::{
         change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
         entity::{Entity, EntityHashSet},
-        query::{Has, With, Without},
+        query::With,
         system::{Commands, Local, Query},
     },
-    math::Mat4,
-    mesh::Mesh3d,
     time::Time,
-    transform::components::GlobalTransform,
 };
-use tracing::warn;
 
 use super::{
-    LodBias, LodChoices, LodSettings, LodSwapped,
+    LodChoices, LodStats, LodSwapped,
     choices::LodView,
-    groups::{Contents, GroupId, Groups, MeshLevel},
-    lens::Lens,
+    eyes::{Eyes, shadow_bias},
+    groups::{GroupId, Groups},
     place::{Change, Movements, Places},
-    streaming::StreamedMeshes,
     view_levels::{Sight, ViewLevels},
 };
-use crate::index::{DetailLevel, NoSpatialIndex, SpatialIndex, clip_from_view};
+use crate::index::{DetailLevel, NoSpatialIndex, SpatialIndex};
 
 /// Buffers, kept for their memory, and what was told.
 #[derive(Default)]
@@ -37,25 +33,18 @@ pub(super) struct Memory {
 
 /// Chooses the levels for every view, and triggers [`LodSwapped`] for those that are entities.
 pub(super) fn choose_levels(
-    settings: Res<LodSettings>,
+    eyes: Eyes,
     time: Option<Res<Time>>,
     index: Res<SpatialIndex>,
-    cameras: Query<(
-        Entity,
-        &Camera,
-        &GlobalTransform,
-        Option<&Projection>,
-        Option<&LodBias>,
-        Has<Camera3d>,
-    )>,
-    other_origins: Query<(Entity, &GlobalTransform), (With<ShadowLodOrigin>, Without<Camera>)>,
     movements: Movements,
     unindexed: Query<(), (With<DetailLevel>, With<NoSpatialIndex>)>,
     places: Places,
     mut choices: ResMut<LodChoices>,
+    mut stats: ResMut<LodStats>,
     mut commands: Commands,
     mut memory: Local<Memory>,
 ) {
+    let start = Instant::now();
     let Memory { views, warned, syncs } = &mut *memory;
     // Whatever has bounds and has moved has moved in the index, if that was asked; and so has what is below a root.
     let is_synchronised = index.syncs() != *syncs;
@@ -63,6 +52,7 @@ pub(super) fn choose_levels(
     let choices = &mut *choices;
     if choices.groups.len() == 0 && choices.pending.ids().is_empty() {
         choices.views.clear();
+        stats.set_if_neq(LodStats::default());
         return;
     }
     if index.is_changed() || !is_synchronised || !unindexed.is_empty() || choices.groups.has_loose() {
@@ -71,56 +61,8 @@ pub(super) fn choose_levels(
     }
     choices.groups.place(&mut choices.pending, &places);
 
-    views.clear();
-    choices.shadows_follow_cameras = shadow_bias(&settings) == 1.0;
-    let mut main: Option<(isize, Entity)> = None;
-    for (camera, view, place, projection, bias, is_3d) in &cameras {
-        if !view.is_active {
-            continue;
-        }
-        let height = view
-            .physical_viewport_size()
-            // Of a window that is minimised.
-            .filter(|size| size.y > 0)
-            .map_or(settings.viewport_height, |size| size.y as f32);
-        let clip_from_view = clip_from_view(view, projection);
-        let bias = bias.map_or(1.0, |bias| bias.0);
-        let is_seen = look(
-            LodView::Camera(camera),
-            place,
-            &clip_from_view,
-            height,
-            bias,
-            &settings,
-            views,
-        );
-        if is_seen {
-            warned.remove(&camera);
-        } else if warned.insert(camera) {
-            warn!(
-                "for the camera {camera} all is shown in full detail: its place, its projection or a bias is no good"
-            );
-        }
-        if is_seen && is_3d && main.is_none_or(|first| (view.order, camera) < first) {
-            main = Some((view.order, camera));
-        }
-    }
-    for (origin, place) in &other_origins {
-        // As if through a usual camera.
-        let clip_from_view = Projection::default().get_clip_from_view();
-        let height = settings.viewport_height;
-        look(
-            LodView::Camera(origin),
-            place,
-            &clip_from_view,
-            height,
-            1.0,
-            &settings,
-            views,
-        );
-    }
-    let named = (settings.main_camera).filter(|&main| views.iter().any(|&(view, _)| view == LodView::Camera(main)));
-    let main = named.or(main.map(|(_, camera)| camera));
+    choices.shadows_follow_cameras = shadow_bias(eyes.settings()) == 1.0;
+    let main = eyes.look(views, warned);
     let has_other_main = std::mem::replace(&mut choices.main, main) != main;
 
     let now = time.map_or(0.0, |time| time.elapsed_secs_f64());
@@ -156,46 +98,17 @@ pub(super) fn choose_levels(
         levels.list_members_of(&swapped, groups);
         levels.settle(has_other_main, versions);
     }
+    *stats = LodStats {
+        groups: groups.len(),
+        looked_at: levels.values().map(ViewLevels::looked_at).sum(),
+        switched: levels.values().map(|levels| levels.switches().len()).sum(),
+        time: start.elapsed(),
+    };
     swapped.into_iter().for_each(|id| pending.note(id, Change::Displaced));
     if has_other_main {
         let swapped = groups.ids().filter(|&id| groups.is_swapped(id));
         swapped.for_each(|id| pending.note(id, Change::Displaced));
     }
-}
-
-/// The bias of shadow maps, if it is one.
-fn shadow_bias(settings: &LodSettings) -> f32 {
-    let bias = settings.shadow_bias;
-    if bias > 0.0 && bias.is_finite() { bias } else { 1.0 }
-}
-
-/// Adds what a camera sees, and if that is something else what it has shadow maps see. Returns whether it sees anything.
-fn look(
-    view: LodView,
-    place: &GlobalTransform,
-    clip_from_view: &Mat4,
-    viewport_height: f32,
-    bias: f32,
-    settings: &LodSettings,
-    views: &mut Vec<(LodView, Sight)>,
-) -> bool {
-    let eye = place.translation();
-    let stay = 1.0 + settings.hysteresis.max(0.0);
-    let mut add = |view, bias| {
-        let lens = Lens::new(clip_from_view, viewport_height, bias * settings.bias);
-        let lens = lens.filter(|_| eye.is_finite() && stay.is_finite());
-        views.extend(lens.map(|lens| {
-            let dwell = settings.min_dwell.as_secs_f64();
-            (view, Sight { eye, lens, stay, dwell })
-        }));
-        lens.is_some()
-    };
-    if let LodView::Camera(camera) = view
-        && shadow_bias(settings) != 1.0
-    {
-        add(LodView::Shadows(camera), bias * shadow_bias(settings));
-    }
-    add(view, bias)
 }
 
 /// Tells the observers of what has switched for a camera.
@@ -213,57 +126,4 @@ fn tell(view: Entity, levels: &ViewLevels, groups: &Groups, commands: &mut Comma
             });
         }
     }
-}
-
-/// Gives entities the meshes that the main camera is to show, and triggers [`LodSwapped`] for them.
-pub(super) fn swap_meshes(
-    mut meshes: Query<Option<&mut Mesh3d>>,
-    streamed: Res<StreamedMeshes>,
-    mut choices: ResMut<LodChoices>,
-    mut commands: Commands,
-) {
-    let choices = choices.bypass_change_detection();
-    let main = choices.main;
-    for &id in choices.pending.ids() {
-        let levels = main.and_then(|main| choices.views.get(&LodView::Camera(main)));
-        let level = levels.map_or(0, |levels| levels.level(id));
-        let Some(group) = choices.groups.get_mut(id) else {
-            continue;
-        };
-        let Contents::Meshes(levels) = &group.contents else {
-            continue;
-        };
-        if group.applied == Some(level) {
-            continue;
-        }
-        let wanted = match levels.get(usize::from(level)) {
-            Some(MeshLevel::Mesh(mesh)) => Some(mesh),
-            Some(MeshLevel::Streamed(path)) => match streamed.loaded(path) {
-                Some(mesh) => Some(mesh),
-                // Nothing is loaded that could stand in for it.
-                None => continue,
-            },
-            Some(MeshLevel::Nothing) | None => None,
-        };
-        let before = group.applied.replace(level);
-        if let (Some(from), Some(view)) = (before, main) {
-            commands.trigger(LodSwapped {
-                entity: group.root,
-                view,
-                from: from.into(),
-                to: level.into(),
-            });
-        }
-        let Some(wanted) = wanted else {
-            continue;
-        };
-        match meshes.get_mut(group.root) {
-            Ok(Some(mut mesh)) if mesh.0 != *wanted => mesh.0 = wanted.clone(),
-            Ok(None) => {
-                commands.entity(group.root).try_insert(Mesh3d(wanted.clone()));
-            }
-            _ => {}
-        }
-    }
-    choices.pending.clear();
 }

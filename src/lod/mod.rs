@@ -46,6 +46,8 @@
 mod await_meshes;
 mod choices;
 mod choose;
+mod diagnostics;
+mod eyes;
 mod fade;
 mod follow;
 mod group;
@@ -56,11 +58,13 @@ mod settings;
 #[cfg(feature = "simplify")]
 pub mod simplify;
 mod streaming;
+mod swap;
 mod variants;
 mod view_levels;
 
 pub use choices::LodChoices;
 pub(crate) use choices::LodView;
+pub use diagnostics::{LodDiagnosticsPlugin, LodStats};
 pub use group::{LodContent, LodHits, LodLevel, LodMetric, LodReference, ProxyLod};
 pub use settings::{LodBias, LodSettings};
 pub use streaming::{LodStreamingSettings, LodStreamingStats};
@@ -123,12 +127,14 @@ impl Plugin for ProxyLodPlugin {
             .init_resource::<LodChoices>()
             .init_resource::<LodSettings>()
             .init_resource::<Fades>()
+            .init_resource::<LodStats>()
             .init_resource::<LodStreamingSettings>()
             .init_resource::<LodStreamingStats>()
             .init_resource::<StreamedMeshes>()
             .register_type::<ProxyLod>()
             .register_type::<LodBias>()
             .register_type::<LodSettings>()
+            .register_type::<LodStats>()
             .register_type::<LodStreamingSettings>()
             .register_type::<LodStreamingStats>()
             .register_type::<LodSwapped>()
@@ -160,7 +166,7 @@ impl Plugin for ProxyLodPlugin {
                     (
                         choose::choose_levels,
                         fade::cross_fade,
-                        choose::swap_meshes,
+                        swap::swap_meshes,
                         streaming::stream_meshes,
                     )
                         .chain_ignore_deferred()

@@ -38,6 +38,8 @@ pub(crate) struct ViewLevels {
     /// The levels from which groups fade to the one that is shown.
     fading: HashMap<GroupId, u8>,
     sight: Option<Sight>,
+    /// How many groups were looked at in this frame.
+    looked_at: usize,
     /// What has switched in this frame.
     switches: Vec<Switch>,
     /// What has come or gone with that, by number.
@@ -147,6 +149,11 @@ impl ViewLevels {
             .map_or(u8::MAX, |sight| reaches.near(&sight.lens, sight.eye, margin))
     }
 
+    /// How many groups were looked at in this frame.
+    pub(super) fn looked_at(&self) -> usize {
+        self.looked_at
+    }
+
     pub(super) fn switches(&self) -> &[Switch] {
         &self.switches
     }
@@ -193,6 +200,7 @@ impl ViewLevels {
     /// gone.
     pub(super) fn update(&mut self, sight: Sight, reaches: &[Reaches], changed: &[GroupId], now: f64) {
         self.switches.clear();
+        self.looked_at = 0;
         let blocks = reaches.len().div_ceil(BLOCK);
         self.blocks.resize(blocks, Block::UNKNOWN);
         self.block_due.resize(blocks, f32::NEG_INFINITY);
@@ -234,6 +242,7 @@ impl ViewLevels {
             let moved = self.moved;
             let are_due = (self.blocks[block].due.iter().enumerate())
                 .fold(0, |due, (place, &since)| due | u64::from(since <= moved) << place);
+            self.looked_at += are_due.count_ones() as usize;
             for place in ones(are_due) {
                 let group = block * BLOCK + place as usize;
                 let due = (reaches.get(group)).map_or(f32::INFINITY, |reaches| self.look(group, &sight, reaches, now));

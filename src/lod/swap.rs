@@ -1,0 +1,69 @@
+//! Swapping meshes.
+
+use bevy::{
+    ecs::{
+        change_detection::{DetectChangesMut, Res, ResMut},
+        system::{Commands, Query},
+    },
+    mesh::Mesh3d,
+};
+
+use super::{
+    LodChoices, LodSwapped,
+    choices::LodView,
+    groups::{Contents, MeshLevel},
+    streaming::StreamedMeshes,
+};
+
+/// Gives entities the meshes that the main camera is to show, and triggers [`LodSwapped`] for them.
+pub(super) fn swap_meshes(
+    mut meshes: Query<Option<&mut Mesh3d>>,
+    streamed: Res<StreamedMeshes>,
+    mut choices: ResMut<LodChoices>,
+    mut commands: Commands,
+) {
+    let choices = choices.bypass_change_detection();
+    let main = choices.main;
+    for &id in choices.pending.ids() {
+        let levels = main.and_then(|main| choices.views.get(&LodView::Camera(main)));
+        let level = levels.map_or(0, |levels| levels.level(id));
+        let Some(group) = choices.groups.get_mut(id) else {
+            continue;
+        };
+        let Contents::Meshes(levels) = &group.contents else {
+            continue;
+        };
+        if group.applied == Some(level) {
+            continue;
+        }
+        let wanted = match levels.get(usize::from(level)) {
+            Some(MeshLevel::Mesh(mesh)) => Some(mesh),
+            Some(MeshLevel::Streamed(path)) => match streamed.loaded(path) {
+                Some(mesh) => Some(mesh),
+                // Nothing is loaded that could stand in for it.
+                None => continue,
+            },
+            Some(MeshLevel::Nothing) | None => None,
+        };
+        let before = group.applied.replace(level);
+        if let (Some(from), Some(view)) = (before, main) {
+            commands.trigger(LodSwapped {
+                entity: group.root,
+                view,
+                from: from.into(),
+                to: level.into(),
+            });
+        }
+        let Some(wanted) = wanted else {
+            continue;
+        };
+        match meshes.get_mut(group.root) {
+            Ok(Some(mut mesh)) if mesh.0 != *wanted => mesh.0 = wanted.clone(),
+            Ok(None) => {
+                commands.entity(group.root).try_insert(Mesh3d(wanted.clone()));
+            }
+            _ => {}
+        }
+    }
+    choices.pending.clear();
+}
