@@ -26,12 +26,12 @@ impl<'a> Picture<'a> {
     /// Asks `shade` for the colour of what the ray of each pixel sees, and for how far along the ray that is.
     pub fn ray_cast(size: UVec2, view: View<'a>, shade: impl Fn(Ray3d) -> (LinearRgba, f32) + Sync) -> Self {
         let (camera, transform) = view;
-        let viewport = camera.logical_viewport_size().expect("a camera with a viewport");
+        let viewport = camera.logical_viewport_rect().expect("a camera with a viewport");
         let mut pixels = vec![(LinearRgba::BLACK, f32::INFINITY); size.element_product() as usize];
         pixels.par_chunk_map_mut(ComputeTaskPool::get(), size.x as usize, |row, pixels| {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 let place = Vec2::new(column as f32 + 0.5, row as f32 + 0.5) / size.as_vec2();
-                if let Ok(ray) = camera.viewport_to_world(transform, place * viewport) {
+                if let Ok(ray) = camera.viewport_to_world(transform, viewport.min + place * viewport.size()) {
                     let (color, along) = shade(ray);
                     // Rays begin on the near plane.
                     *pixel = (color, ray.get_point(along).distance(transform.translation()));
@@ -44,13 +44,13 @@ impl<'a> Picture<'a> {
     /// Draws a line in world space, four pixels wide, and thinned out where it is behind something.
     pub fn line(&mut self, [from, to]: [Vec3; 2], color: impl Into<LinearRgba>) {
         let (camera, transform) = self.view;
-        let viewport = camera.logical_viewport_size().expect("a camera with a viewport");
-        let scale = self.size.as_vec2() / viewport;
+        let viewport = camera.logical_viewport_rect().expect("a camera with a viewport");
+        let scale = self.size.as_vec2() / viewport.size();
         let pixel_at = |point| {
             camera
                 .world_to_viewport(transform, point)
                 .ok()
-                .map(|place| place * scale)
+                .map(|place| (place - viewport.min) * scale)
         };
         let (Some(start), Some(end)) = (pixel_at(from), pixel_at(to)) else {
             return;
@@ -77,6 +77,22 @@ impl<'a> Picture<'a> {
             let (under, behind) = &mut self.pixels[(place.y * self.size.x + place.x) as usize];
             let strength = if distance <= *behind * 1.002 { 1.0 } else { 0.02 };
             *under = under.mix(&color, strength);
+        }
+    }
+
+    /// This picture with another of the same height to the right of it. The lines in both are drawn before.
+    #[allow(dead_code, reason = "not every example has two views")]
+    pub fn beside(&self, right: &Self) -> Self {
+        let row = |picture: &Self, y: u32| {
+            let start = (y * picture.size.x) as usize;
+            picture.pixels[start..start + picture.size.x as usize].to_vec()
+        };
+        Self {
+            size: self.size + right.size.with_y(0),
+            view: self.view,
+            pixels: (0..self.size.y)
+                .flat_map(|y| [row(self, y), row(right, y)].concat())
+                .collect(),
         }
     }
 
@@ -126,17 +142,22 @@ pub struct Painter<'w, 's> {
 
 impl Painter<'_, '_> {
     /// The light that a ray sees, and from how far: the paint by the direction of the normal, with shadow and haze.
+    #[allow(dead_code, reason = "not every example shows all there is")]
     pub fn shade(&self, ray: Ray3d, daylight: &Daylight) -> (LinearRgba, f32) {
-        let settings = SceneQuerySettings::default();
+        self.shade_what(&SceneQuerySettings::default(), ray, daylight)
+    }
+
+    /// The same of what the settings admit.
+    pub fn shade_what(&self, settings: &SceneQuerySettings, ray: Ray3d, daylight: &Daylight) -> (LinearRgba, f32) {
         let sky = LinearRgba::from(daylight.sky);
-        let Some(hit) = self.scene.cast_ray(ray, &settings) else {
+        let Some(hit) = self.scene.cast_ray(ray, settings) else {
             return (sky, f32::INFINITY);
         };
         let to_sun = Dir3::new(daylight.to_sun).expect("the sun is somewhere");
         let toward = hit.normal.dot(*to_sun).max(0.0);
         // Started off the surface, so as not to meet it again.
         let shadow_ray = Ray3d::new(hit.position + hit.normal * 1e-3 * hit.distance.max(1.0), to_sun);
-        let in_sun = toward > 0.0 && !self.scene.any_hit(shadow_ray, &settings);
+        let in_sun = toward > 0.0 && !self.scene.any_hit(shadow_ray, settings);
         let light = 0.30 + 0.12 * hit.normal.y + if in_sun { toward } else { 0.0 };
         let haze = 1.0 - (-hit.distance / daylight.haze).exp();
         ((self.paint(&hit) * light).mix(&sky, haze), hit.distance)
