@@ -30,6 +30,16 @@ impl Since {
         }
     }
 
+    /// Since the system that reads this column ran, or since `seen` if it has not looked at the column from then on.
+    pub fn last_looked<T>(column: &ContiguousRef<T>, seen: Option<Tick>) -> Self {
+        let since = Self::last_read(column);
+        let age = seen.map_or(MAX_CHANGE_AGE, |seen| since.this_run.wrapping_sub(seen.get()));
+        Self {
+            age: age.min(MAX_CHANGE_AGE),
+            ..since
+        }
+    }
+
     /// [`Tick::is_newer_than`].
     #[inline(always)]
     pub fn is_newer(self, tick: Tick) -> bool {

@@ -19,6 +19,8 @@ pub struct LodChoices {
     /// What belongs to other levels than before, or to some and not before, or not any more.
     pub(super) reassigned: Vec<Entity>,
     pub(super) pending: Pending,
+    /// The roots that have other children than before: what hangs elsewhere moves by itself.
+    pub(super) other_children: Vec<Entity>,
     /// Whether shadow maps are as cameras are.
     pub(super) shadows_follow_cameras: bool,
     /// New whenever the levels that are loaded when they come near may have changed.
@@ -39,7 +41,7 @@ impl LodChoices {
     /// The level that a camera shows of a group, from zero for the finest. `group` is the root. `None` if it is none, or
     /// the camera is not active. Of a group whose meshes are swapped, all cameras show what the
     /// [main camera](super::LodSettings::main_camera) does. The group may be hidden as a whole, by a coarser level of a
-    /// group that it is in: see [`shows`](Self::shows).
+    /// group that it is in: see [`shown_level`](Self::shown_level).
     pub fn level(&self, group: Entity, view: Entity) -> Option<usize> {
         let id = self.groups.of_root(group)?;
         let camera = self.views.get(&LodView::Camera(view))?;
@@ -49,6 +51,14 @@ impl LodChoices {
             camera
         };
         Some(usize::from(levels.level(id)))
+    }
+
+    /// The same if the group is shown at all: `None` where a coarser level of a group that it is in stands in for it.
+    pub fn shown_level(&self, group: Entity, view: Entity) -> Option<usize> {
+        let levels = self.levels_of(LodView::Camera(view));
+        let id = self.groups.of_root(group)?;
+        let is_shown = self.groups.shows_group(Some(levels), self.main_levels(), id);
+        self.level(group, view).filter(|_| is_shown)
     }
 
     /// The level of which an entity has the mesh, from zero for the finest, if it is the root of a group whose meshes are

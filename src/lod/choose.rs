@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use bevy::{
     ecs::{
-        change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
+        change_detection::{DetectChanges, DetectChangesMut, Res, ResMut, Tick},
         entity::{Entity, EntityHashSet},
         query::With,
         system::{Commands, Local, Query},
@@ -29,6 +29,8 @@ pub(super) struct Memory {
     warned: EntityHashSet,
     /// How often the index was synchronised.
     syncs: u64,
+    /// When the children of roots were last looked at.
+    seen_at: Option<Tick>,
 }
 
 /// Chooses the levels for every view, and triggers [`LodSwapped`] for those that are entities.
@@ -45,7 +47,12 @@ pub(super) fn choose_levels(
     mut memory: Local<Memory>,
 ) {
     let start = Instant::now();
-    let Memory { views, warned, syncs } = &mut *memory;
+    let Memory {
+        views,
+        warned,
+        syncs,
+        seen_at,
+    } = &mut *memory;
     // Whatever has bounds and has moved has moved in the index, if that was asked; and so has what is below a root.
     let is_synchronised = index.syncs() != *syncs;
     *syncs = index.syncs();
@@ -56,8 +63,21 @@ pub(super) fn choose_levels(
         return;
     }
     if index.is_changed() || !is_synchronised || !unindexed.is_empty() || choices.groups.has_loose() {
-        let LodChoices { groups, pending, .. } = choices;
+        let LodChoices {
+            groups,
+            pending,
+            other_children,
+            ..
+        } = choices;
         movements.visit(|entity, by_itself| groups.note_movement(entity, by_itself, pending));
+        movements.find_other_children(seen_at, other_children);
+        // Those that are new have been looked at with their children.
+        let is_known = |&root: &Entity| {
+            groups
+                .of_root(root)
+                .is_some_and(|id| !pending.has(id, Change::Restructured))
+        };
+        other_children.retain(is_known);
     }
     choices.groups.place(&mut choices.pending, &places);
 

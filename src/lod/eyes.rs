@@ -99,7 +99,11 @@ fn add(
     let eye = place.translation();
     let stay = 1.0 + settings.hysteresis.max(0.0);
     let mut add = |view, bias| {
-        let lens = Lens::new(clip_from_view, viewport_height, bias * settings.bias);
+        let lens = if settings.enabled {
+            Lens::new(clip_from_view, viewport_height, bias * settings.bias)
+        } else {
+            Some(Lens::FINEST)
+        };
         let lens = lens.filter(|_| eye.is_finite() && stay.is_finite());
         views.extend(lens.map(|lens| {
             let dwell = settings.min_dwell.as_secs_f64();

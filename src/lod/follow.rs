@@ -14,7 +14,7 @@ use bevy::{
         lifecycle::RemovedComponents,
         message::MessageReader,
         name::NameOrEntity,
-        query::{Allow, Changed, Has},
+        query::{Allow, Changed, Has, With},
         system::{Commands, Local, Query, SystemParam},
     },
     mesh::{Mesh, Mesh3d},
@@ -26,7 +26,7 @@ use super::streaming::StreamedMeshes;
 use super::{
     LodChoices, LodContent, LodHits, ProxyLod,
     groups::{Contents, Family, Group, GroupId, MeshLevel},
-    place::{Change, InGroup},
+    place::Change,
 };
 use crate::index::{
     DetailLevel, SimplifiedMesh,
@@ -40,9 +40,8 @@ pub(super) struct Changes<'w, 's> {
     lods_changed: Query<'w, 's, Entity, Changed<ProxyLod>>,
     removed: RemovedComponents<'w, 's, ProxyLod>,
     enabled: RemovedComponents<'w, 's, Disabled>,
-    /// Of members, and of roots: what hangs elsewhere moves by itself.
-    children: Query<'w, 's, (Entity, Ref<'static, Children>), InGroup>,
-    children_changed: Query<'w, 's, Entity, (Changed<Children>, InGroup)>,
+    children: Query<'w, 's, (Entity, Ref<'static, Children>), With<DetailLevel>>,
+    children_changed: Query<'w, 's, Entity, (Changed<Children>, With<DetailLevel>)>,
     children_removed: RemovedComponents<'w, 's, Children>,
     members_removed: RemovedComponents<'w, 's, DetailLevel>,
 }
@@ -108,6 +107,7 @@ pub(super) fn follow_groups(
         reassigned,
         pending,
         streaming_changes,
+        other_children,
         ..
     } = &mut *choices;
     groups.begin_frame();
@@ -139,6 +139,7 @@ pub(super) fn follow_groups(
             warn_once(&name, root, &flaws, warned);
         }
     }
+    restructured.append(other_children);
     restructured.extend(changes.children_removed.read().chain(changes.members_removed.read()));
     for &entity in &*restructured {
         dirty.extend(groups.of_member(entity).map(|within| within.group));

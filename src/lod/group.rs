@@ -16,7 +16,7 @@ use bevy::{
 ///
 /// On the root of a group. Its levels either show **entities**, mostly children of the root, with all that is below them:
 /// then every camera, and the shadows of every light, choose for themselves. Or they are **meshes** that are swapped on
-/// the entity itself, which is the cheapest, and the same in all views: the [main camera](crate::lod)
+/// the entity itself, which is the cheapest, and the same in all views: the [main camera](super::LodSettings::main_camera)
 /// chooses. The two do not go together in one group.
 ///
 /// The levels of a group may show roots of other groups, to any depth: so one proxy stands in for a whole block of
@@ -70,7 +70,7 @@ pub enum LodContent {
     /// The entity of the group with this mesh.
     Mesh(Handle<Mesh>),
     /// The same, with a mesh that is loaded when the level comes near, and may be dropped when it is far: see
-    /// [`LodStreamingSettings`](crate::lod).
+    /// [`LodStreamingSettings`](super::LodStreamingSettings).
     Streamed(AssetPath<'static>),
     /// These entities, with all that is below them.
     Entities(Vec<Entity>),

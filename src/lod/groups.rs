@@ -338,24 +338,29 @@ impl Groups {
     /// the finest is shown.
     #[inline]
     pub fn shows(&self, view: Option<&ViewLevels>, main: Option<&ViewLevels>, number: u32) -> bool {
-        self.is_at(number, |id, is_swapped| {
-            let levels = if is_swapped { main } else { view };
-            levels.map_or(1, |levels| levels.shown(id))
-        })
+        self.is_at(number, shown_in(view, main))
+    }
+
+    /// Whether a view shows a group at all: none that it is in shows something else in its place.
+    pub fn shows_group(&self, view: Option<&ViewLevels>, main: Option<&ViewLevels>, id: GroupId) -> bool {
+        self.parent(id)
+            .is_none_or(|within| self.are_shown(within, shown_in(view, main)))
     }
 
     /// Whether the entity of this number is at levels that are shown, to the outermost group: `shown` has one bit for each
     /// level of a group, of which it is also told whether its meshes are swapped.
     #[inline]
     pub fn is_at(&self, number: u32, shown: impl Fn(GroupId, bool) -> u8) -> bool {
-        let Some(member) = self
+        let member = self
             .members
             .get(number as usize)
-            .filter(|member| member.within.levels != 0)
-        else {
-            return true;
-        };
-        let mut within = member.within;
+            .filter(|member| member.within.levels != 0);
+        member.is_none_or(|member| self.are_shown(member.within, shown))
+    }
+
+    /// Whether one of these levels is shown, and so up to the outermost group.
+    #[inline]
+    fn are_shown(&self, mut within: Within, shown: impl Fn(GroupId, bool) -> u8) -> bool {
         loop {
             let link = self.links[within.group as usize];
             if within.levels & shown(within.group, link.is_swapped) == 0 {
@@ -658,5 +663,14 @@ impl Groups {
                 }
             }
         }
+    }
+}
+
+/// The levels that a view shows of a group, if it is known what it shows; of swapped meshes, what the main one does.
+#[inline]
+fn shown_in<'a>(view: Option<&'a ViewLevels>, main: Option<&'a ViewLevels>) -> impl Fn(GroupId, bool) -> u8 + 'a {
+    move |id, is_swapped| {
+        let levels = if is_swapped { main } else { view };
+        levels.map_or(1, |levels| levels.shown(id))
     }
 }

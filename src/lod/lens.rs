@@ -61,6 +61,12 @@ pub(super) struct Choice {
 }
 
 impl Lens {
+    /// Through which everything is as large as can be.
+    pub const FINEST: Self = Self {
+        factors: [f32::MAX; 3],
+        is_orthographic: false,
+    };
+
     /// Of a view with this projection, onto a viewport that is so high in physical pixels. `None` if it shows nothing that
     /// has a size.
     pub fn new(clip_from_view: &Mat4, viewport_height: f32, bias: f32) -> Option<Self> {

@@ -100,7 +100,8 @@ pub enum LodSystems {
     Choose,
 }
 
-/// A view shows another level of a group than before. Not triggered for the first that it shows.
+/// A view shows another level of a group than before. Not triggered for the first that it shows, and triggered wherever
+/// the group is: also out of sight, and where another stands in for it.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct LodSwapped {

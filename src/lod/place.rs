@@ -5,9 +5,10 @@ use std::cmp::Reverse;
 use bevy::{
     camera::primitives::Aabb,
     ecs::{
-        change_detection::Ref,
+        change_detection::{Ref, Tick},
         entity::Entity,
         entity_disabling::Disabled,
+        hierarchy::Children,
         query::{Allow, Changed, Or, With},
         system::{Query, SystemParam},
     },
@@ -80,7 +81,7 @@ impl Pending {
 }
 
 /// It belongs to a group, or is the root of one.
-pub(super) type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
+type InGroup = Or<(With<DetailLevel>, With<ProxyLod>)>;
 
 /// What has moved since the last frame.
 #[derive(SystemParam)]
@@ -96,6 +97,7 @@ pub(super) struct Movements<'w, 's> {
         ),
         InGroup,
     >,
+    roots: Query<'w, 's, (Entity, Ref<'static, Children>), With<ProxyLod>>,
     changed: Query<
         'w,
         's,
@@ -132,6 +134,27 @@ impl Movements<'_, '_> {
                 for row in ones(moved | by_itself) {
                     visit(entities[block.start + row as usize], by_itself >> row & 1 != 0);
                 }
+            }
+        }
+    }
+}
+
+impl Movements<'_, '_> {
+    /// Finds roots that have other children than at `seen_at`, which becomes now. Called only in frames in which something
+    /// has moved: as long as nothing does it does not matter what hangs where.
+    pub fn find_other_children(&self, seen_at: &mut Option<Tick>, found: &mut Vec<Entity>) {
+        let seen = *seen_at;
+        let Ok(tables) = self.roots.contiguous_iter() else {
+            found.extend(self.roots.iter().map(|(root, _)| root));
+            return;
+        };
+        for (entities, children) in tables {
+            let since = Since::last_looked(&children, seen);
+            *seen_at = Some(children.this_run_tick());
+            let ticks = [children.changed_ticks_slice()];
+            for block in since.blocks_with_newer(&ticks, 0..entities.len()) {
+                let newer = since.newer(&ticks[0][block.clone()]);
+                found.extend(ones(newer).map(|row| entities[block.start + row as usize]));
             }
         }
     }

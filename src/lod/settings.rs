@@ -13,6 +13,8 @@ use bevy::{
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct LodSettings {
+    /// Whether levels are chosen. If not, everything is shown by its finest level: for comparison.
+    pub enabled: bool,
     /// Multiplies the size of everything in all views: over 1, finer levels are shown from farther away.
     pub bias: f32,
     /// The same for shadow maps, on top of all else: under 1, shadows are cast by coarser levels. At 1 they are cast by
@@ -38,6 +40,7 @@ pub struct LodSettings {
 impl Default for LodSettings {
     fn default() -> Self {
         Self {
+            enabled: true,
             bias: 1.0,
             shadow_bias: 1.0,
             hysteresis: 0.1,
@@ -49,7 +52,8 @@ impl Default for LodSettings {
     }
 }
 
-/// On a camera: multiplies the size of everything in its view, over 1 for finer levels.
+/// On a camera: multiplies the size of everything in its view, over 1 for finer levels. For a camera on which this is no
+/// positive number all is shown by its finest level, with one warning.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct LodBias(pub f32);

@@ -421,3 +421,15 @@ fn a_viewport_without_a_height_is_as_one_of_which_nothing_is_known() {
     set_viewport_height(&mut app, camera, 0);
     assert_eq!(look(&mut app, camera, &statue), 1);
 }
+
+#[test]
+fn everything_is_finest_while_levels_are_switched_off() {
+    let mut app = app();
+    let (camera, statue) = (spawn_camera(&mut app, 50.0), spawn_statue_by_distance(&mut app));
+    assert_eq!(look(&mut app, camera, &statue), 2);
+    settings(&mut app).enabled = false;
+    assert_eq!(look(&mut app, camera, &statue), 0);
+    assert_eq!(look_from(&mut app, camera, 100.0, &statue), 0);
+    settings(&mut app).enabled = true;
+    assert_eq!(look(&mut app, camera, &statue), 2);
+}

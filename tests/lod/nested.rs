@@ -348,3 +348,16 @@ fn who_is_listed_by_another_block_leaves_the_one_in_which_it_hangs() {
     remove::<ProxyLod>(&mut app, block.root);
     both_are_right(&mut app);
 }
+
+#[test]
+fn a_group_that_something_else_stands_in_for_shows_no_level() {
+    let mut app = app();
+    let (camera, block) = (spawn_camera(&mut app, 5.0), spawn_block(&mut app, 2));
+    for (distance, expected) in [(5.0, Some(0)), (30.0, Some(2)), (50.0, None), (5.0, Some(0))] {
+        assert_eq!(look_at(&mut app, camera, distance, &block), expected);
+        let statue = block.statues[0].root;
+        assert_eq!(choices(&app).shown_level(statue, camera), expected);
+        assert!(choices(&app).level(statue, camera).is_some());
+        assert!(choices(&app).shown_level(block.root, camera).is_some());
+    }
+}
