@@ -78,6 +78,9 @@ pub(super) fn choose_levels(
                 .is_some_and(|id| !pending.has(id, Change::Restructured))
         };
         other_children.retain(is_known);
+        for &root in &*other_children {
+            groups.loosen(root, pending);
+        }
     }
     choices.groups.place(&mut choices.pending, &places);
 

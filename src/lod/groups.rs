@@ -294,6 +294,14 @@ impl Groups {
         (0..self.records.len() as GroupId).filter(|&id| self.get(id).is_some())
     }
 
+    /// Notes that what a group lists may move without its root.
+    pub fn set_loose(&mut self, id: GroupId) {
+        if let Some(group) = self.get_mut(id) {
+            group.is_loose = true;
+            self.loose.insert(id);
+        }
+    }
+
     /// Whether some list what is elsewhere than right below their roots.
     pub fn has_loose(&self) -> bool {
         !self.loose.is_empty()

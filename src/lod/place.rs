@@ -181,6 +181,14 @@ impl Groups {
         }
     }
 
+    /// Takes what a root lists for being anywhere, until it is found out where it is.
+    pub fn loosen(&mut self, root: Entity, pending: &mut Pending) {
+        if let Some(id) = self.of_root(root) {
+            self.set_loose(id);
+            pending.note(id, Change::Resized);
+        }
+    }
+
     /// Finds out anew where groups are that have changed, and how large they are, those in others before these.
     pub fn place(&mut self, pending: &mut Pending, places: &Places) {
         // Whatever has not moved with the root of its group has moved with something else.
