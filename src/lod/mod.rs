@@ -59,6 +59,7 @@ mod settings;
 pub mod simplify;
 mod streaming;
 mod swap;
+mod swapped;
 mod variants;
 mod view_levels;
 
@@ -158,7 +159,7 @@ impl Plugin for ProxyLodPlugin {
                 (
                     (
                         follow::follow_groups,
-                        (follow::bound_swapped, await_meshes::await_meshes)
+                        (swapped::bound_swapped, await_meshes::await_meshes)
                             .chain_ignore_deferred()
                             .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
                     )
