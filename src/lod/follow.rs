@@ -15,8 +15,8 @@ use tracing::warn;
 use super::{
     LodChoices, LodContent, ProxyLod,
     groups::{Family, Flaw, GroupId},
+    mesh_roots::give_back,
     place::Change,
-    swapped::give_back,
 };
 use crate::index::{
     DetailLevel,

@@ -53,13 +53,13 @@ mod follow;
 mod group;
 mod groups;
 mod lens;
+mod mesh_roots;
 mod place;
 mod settings;
 #[cfg(feature = "simplify")]
 pub mod simplify;
 mod streaming;
 mod swap;
-mod swapped;
 mod variants;
 mod view_levels;
 
@@ -159,7 +159,7 @@ impl Plugin for ProxyLodPlugin {
                 (
                     (
                         follow::follow_groups,
-                        (swapped::bound_swapped, await_meshes::await_meshes)
+                        (mesh_roots::bound_swapped, await_meshes::await_meshes)
                             .chain_ignore_deferred()
                             .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
                     )
