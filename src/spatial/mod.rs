@@ -151,7 +151,7 @@ pub use build::{BuildProgress, BuildStrategy};
 pub use kd_tree::{KdTree, PointKdTree};
 pub use leaves::LeafId;
 pub use octree::Octree;
-pub use query::{Neighbour, SpatialQueries, SpatialUpdates, Visit};
+pub use query::{Descend, Neighbour, SpatialQueries, SpatialUpdates, Visit};
 pub use region::Region;
 pub use sweep::Sweep;
 pub use uniform_grid::UniformGrid;

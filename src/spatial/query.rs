@@ -19,6 +19,17 @@ pub enum Visit {
     Stop,
 }
 
+/// What a visitor of nodes wants of the rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Descend {
+    /// Go on with the nodes within this one.
+    Into,
+    /// Go on with what is beside this one.
+    Past,
+    /// Visit nothing more.
+    Stop,
+}
+
 /// A box found near a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour<K> {

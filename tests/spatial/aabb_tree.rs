@@ -9,7 +9,8 @@ use bevy::math::{
 use bevy_sightline::{
     geometry::ray::Ray,
     spatial::{
-        AabbTree, BruteForce, BuildStrategy, LeafId, NoSuchLeaf, SpatialQueries, SpatialUpdates, UpdateError, Visit,
+        AabbTree, BruteForce, BuildStrategy, Descend, LeafId, NoSuchLeaf, SpatialQueries, SpatialUpdates, UpdateError,
+        Visit,
     },
 };
 use rand::Rng;
@@ -713,4 +714,30 @@ fn a_rebuild_of_another_tree_does_no_harm() {
         assert_eq!(other.validate(), Ok(()));
         assert_eq!(found(&other, &EVERYWHERE).len(), 18);
     }
+}
+
+#[test]
+fn nodes_are_visited_only_below_those_that_are_gone_into() {
+    let (tree, ..) = random_tree(5000, &mut rng(17));
+    let (mut all, mut visited) = (Vec::new(), Vec::new());
+    tree.visit_nodes(|depth, aabb| all.push((depth, *aabb)));
+    tree.descend_nodes(|depth, aabb| {
+        visited.push((depth, *aabb));
+        if depth < 2 { Descend::Into } else { Descend::Past }
+    });
+    assert!(tree.depth() > 3);
+    all.retain(|&(depth, _)| depth <= 2);
+    assert_eq!(visited.len(), all.len());
+    assert!(all.iter().all(|node| visited.contains(node)));
+}
+
+#[test]
+fn no_node_is_visited_after_a_stop() {
+    let (tree, ..) = random_tree(2000, &mut rng(18));
+    let mut visits = 0;
+    tree.descend_nodes(|_, _| {
+        visits += 1;
+        if visits == 5 { Descend::Stop } else { Descend::Into }
+    });
+    assert_eq!(visits, 5);
 }

@@ -17,7 +17,8 @@ use bevy_sightline::{
         volume::Volume,
     },
     spatial::{
-        BruteForce, KdTree, Neighbour, PointKdTree, Region, SpatialQueries, SpatialUpdates, Visit, kd_tree::SplitMethod,
+        BruteForce, Descend, KdTree, Neighbour, PointKdTree, Region, SpatialQueries, SpatialUpdates, Visit,
+        kd_tree::SplitMethod,
     },
 };
 use proptest::prelude::*;
@@ -499,6 +500,28 @@ fn cells_contain_what_is_in_them() {
         });
         assert_eq!(at_level[0], 500);
         assert!(at_level.is_sorted_by(|a, b| a >= b));
+    }
+}
+
+#[test]
+fn cells_are_visited_only_in_those_that_are_gone_into() {
+    let boxes = scattered(500);
+    for method in METHODS {
+        let tree = tree(&boxes, method);
+        let (mut all, mut visited) = (Vec::new(), Vec::new());
+        tree.visit_cells(|level, aabb, _| all.push((level, *aabb)));
+        tree.descend_cells(|level, aabb| {
+            visited.push((level, *aabb));
+            if level < 2 { Descend::Into } else { Descend::Past }
+        });
+        all.retain(|&(level, _)| level <= 2);
+        assert_eq!(visited, all);
+        let mut visits = 0;
+        tree.descend_cells(|_, _| {
+            visits += 1;
+            Descend::Stop
+        });
+        assert_eq!(visits, 1);
     }
 }
 

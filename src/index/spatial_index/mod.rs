@@ -19,7 +19,7 @@ use bevy::{
 use super::{DetailLevel, mask, surface::PlacedSurface};
 use crate::{
     geometry::{aabb::Aabb3dExt, volume::Volume},
-    spatial::{AabbTree, LeafId, SpatialQueries, SpatialUpdates, UniformGrid},
+    spatial::{AabbTree, Descend, LeafId, SpatialQueries, SpatialUpdates, UniformGrid},
 };
 
 /// All indexed entities in a tree of their world boxes, and in a grid of them, as of the last
@@ -184,6 +184,11 @@ impl SpatialIndex {
         self.tree.visit_nodes(visit);
     }
 
+    /// The same, and goes below a node only where `visit` says so: see [`AabbTree::descend_nodes`].
+    pub fn descend_nodes(&self, visit: impl FnMut(usize, &Aabb3d) -> Descend) {
+        self.tree.descend_nodes(visit);
+    }
+
     pub(crate) fn tree(&self) -> &AabbTree<Key> {
         &self.tree
     }
@@ -200,7 +205,7 @@ impl SpatialIndex {
     }
 
     /// The grid, if one is kept.
-    pub(super) fn grid(&self) -> Option<&UniformGrid<Key>> {
+    pub(crate) fn grid(&self) -> Option<&UniformGrid<Key>> {
         self.grid.as_ref()
     }
 

@@ -36,6 +36,7 @@ use super::{
     LeafId, NoSuchLeaf, SpatialUpdates, UnsoundBox, UpdateError,
     build::{BuildItem, Builder, sah_cost},
     leaves::Leaves,
+    query::Descend,
     wide::{EVERY_MASK, NodeIndex, WideNode},
 };
 use crate::geometry::aabb::Aabb3dExt;
@@ -195,6 +196,24 @@ impl<K: Copy> AabbTree<K> {
     pub fn visit_nodes(&self, mut visit: impl FnMut(usize, &Aabb3d)) {
         self.linked_nodes()
             .for_each(|(node, depth)| visit(depth, &self.nodes[node as usize].bounds()));
+    }
+
+    /// The same, and goes below a node only where `visit` says so.
+    pub fn descend_nodes(&self, mut visit: impl FnMut(usize, &Aabb3d) -> Descend) {
+        let mut stack: Vec<(NodeIndex, usize)> = self.root.map(|root| (root, 0)).into_iter().collect();
+        while let Some((node, depth)) = stack.pop() {
+            let node = &self.nodes[node as usize];
+            match visit(depth, &node.bounds()) {
+                Descend::Into => {}
+                Descend::Past => continue,
+                Descend::Stop => return,
+            }
+            stack.extend(
+                node.children
+                    .iter()
+                    .filter_map(|child| Some((child.node()?, depth + 1))),
+            );
+        }
     }
 
     /// All nodes that are in the tree with their depths, parents before children.

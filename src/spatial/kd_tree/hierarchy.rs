@@ -8,6 +8,7 @@ use smallvec::{SmallVec, smallvec};
 use super::query::Query;
 use crate::spatial::{
     lanes::{LaneRegion, Splat, lanes_of},
+    query::Descend,
     region::OutlineKind,
     simd::{LANES, Simd, prefetch},
     wide::{Child, NodeIndex, WideNode},
@@ -86,10 +87,22 @@ impl Hierarchy {
 
     /// Visits every cell with its level, the root first: its box, and what is in it.
     pub(super) fn visit_cells(&self, mut visit: impl FnMut(usize, &Aabb3d, Child)) {
+        self.descend_cells(|level, aabb, child| {
+            visit(level, aabb, child);
+            Descend::Into
+        });
+    }
+
+    /// The same, and goes below a cell only where `visit` says so.
+    pub(super) fn descend_cells(&self, mut visit: impl FnMut(usize, &Aabb3d, Child) -> Descend) {
         let mut stack: Vec<(usize, Aabb3d, Child)> = Vec::new();
         stack.extend(self.bounds().map(|bounds| (0, bounds, Child::Node(ROOT))));
         while let Some((level, aabb, child)) = stack.pop() {
-            visit(level, &aabb, child);
+            match visit(level, &aabb, child) {
+                Descend::Into => {}
+                Descend::Past => continue,
+                Descend::Stop => return,
+            }
             if let Child::Node(node) = child {
                 let first = stack.len();
                 stack.extend(self.node(node).lanes().map(|(aabb, child)| (level + 1, aabb, child)));

@@ -35,7 +35,7 @@ use self::{
     hierarchy::Hierarchy,
     leaf::{Bucket, Leaves},
 };
-use super::UnsoundBox;
+use super::{UnsoundBox, query::Descend};
 use crate::geometry::aabb::Aabb3dExt;
 
 /// Where cells are split.
@@ -159,5 +159,10 @@ impl<K: Copy, L: Leaves<K>> KdTree<K, L> {
             let leaves = self.hierarchy.leaves(child);
             visit(level, aabb, leaves.map(|leaf| self.leaves.count(leaf)).sum());
         });
+    }
+
+    /// The same without the number, and goes into a cell only where `visit` says so.
+    pub fn descend_cells(&self, mut visit: impl FnMut(usize, &Aabb3d) -> Descend) {
+        self.hierarchy.descend_cells(|level, aabb, _| visit(level, aabb));
     }
 }

@@ -26,7 +26,8 @@ mod refit;
 mod remove;
 mod validate;
 
-pub use nodes::{Descend, OctreeNode};
+pub use super::query::Descend;
+pub use nodes::OctreeNode;
 pub use validate::BrokenInvariant;
 
 use bevy::math::bounding::Aabb3d;

@@ -4,7 +4,10 @@ use bevy::math::{Vec3A, bounding::Aabb3d};
 use smallvec::{SmallVec, smallvec};
 
 use super::{
-    super::wide::{Child, NodeIndex},
+    super::{
+        query::Descend,
+        wide::{Child, NodeIndex},
+    },
     Octree,
     cell::{ALL, Kind},
 };
@@ -23,17 +26,6 @@ pub struct OctreeNode {
     /// The number of boxes in this node and all below.
     pub count: usize,
     index: NodeIndex,
-}
-
-/// What a visitor of nodes wants of the rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Descend {
-    /// Go on with the nodes within this one.
-    Into,
-    /// Go on with what is beside this one.
-    Past,
-    /// Visit nothing more.
-    Stop,
 }
 
 impl<K: Copy> Octree<K> {
