@@ -1,6 +1,7 @@
 //! What every view shows, to be asked.
 
 use bevy::{
+    camera::primitives::Aabb,
     ecs::{entity::Entity, resource::Resource},
     platform::collections::HashMap,
 };
@@ -95,6 +96,26 @@ impl LodChoices {
     /// The camera for which meshes are swapped, if there is any.
     pub fn main_camera(&self) -> Option<Entity> {
         self.main
+    }
+
+    /// The roots of all groups, in no promised order.
+    pub fn roots(&self) -> impl Iterator<Item = Entity> + '_ {
+        self.groups.ids().filter_map(|id| Some(self.groups.get(id)?.root))
+    }
+
+    /// The bounds of a group in the space of its root, by which its size and distance are told; `None` as long as nothing
+    /// is known of them. `group` is the root.
+    pub fn bounds(&self, group: Entity) -> Option<Aabb> {
+        self.groups.get(self.groups.of_root(group)?)?.bounds
+    }
+
+    /// The distances in world units from which on a camera shows the levels of a group, by the [metric](super::LodMetric) and
+    /// all biases: zero for the finest, infinite for what is never shown. `group` is the root. `None` if it is none, the
+    /// camera is not active, or distances decide nothing, as with orthographic cameras.
+    pub fn distances(&self, group: Entity, view: Entity) -> Option<impl Iterator<Item = f32> + '_> {
+        let id = self.groups.of_root(group)?;
+        let levels = self.views.get(&LodView::Camera(view))?;
+        self.groups.reaches.get(id as usize)?.distances(levels.lens()?)
     }
 
     pub(crate) fn is_member(&self, entity: Entity) -> bool {

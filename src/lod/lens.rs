@@ -200,6 +200,14 @@ impl Reaches {
         })
     }
 
+    /// The distances from which on the levels are enough; `None` if that is the same at any distance.
+    pub fn distances(&self, lens: &Lens) -> Option<impl Iterator<Item = f32> + use<'_>> {
+        let factor = lens.factors[self.kind as usize];
+        let is_fixed = lens.is_orthographic && self.kind != MetricKind::Distance;
+        let begins = self.begins.iter().take(self.levels.into());
+        (!is_fixed).then(|| begins.map(move |begin| (begin * factor).max(0.0)))
+    }
+
     /// Never infinite: what is out of reach stays so.
     fn distance(&self, eye: Vec3) -> f32 {
         let to_nearest = (self.min - eye).max(eye - self.max).max(Vec3::ZERO);

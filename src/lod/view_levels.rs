@@ -135,6 +135,11 @@ impl ViewLevels {
         self.sight.map(|sight| sight.eye)
     }
 
+    /// How large it shows things, if it has looked.
+    pub(super) fn lens(&self) -> Option<&Lens> {
+        self.sight.as_ref().map(|sight| &sight.lens)
+    }
+
     /// The level that the metric asks for, if that is known.
     pub(super) fn wanted(&self, group: GroupId) -> Option<u8> {
         let wanted = self.blocks.get(group as usize / BLOCK)?.groups[group as usize % BLOCK].wanted;

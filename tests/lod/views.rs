@@ -1,5 +1,7 @@
 //! Each view chooses for itself.
 
+use bevy::math::Vec3A;
+
 use super::*;
 
 #[test]
@@ -181,4 +183,56 @@ fn levels_do_not_depend_on_the_order_in_which_they_were_spawned_or_listed() {
         }
         despawn(&mut app, root);
     }
+}
+
+#[test]
+fn the_distances_are_those_from_which_on_levels_are_shown() {
+    let mut app = app();
+    let statue = spawn_statue(&mut app, 3, |levels| {
+        lod(LodMetric::Height, levels, &[0.2, 0.05]).with_bias(1.5)
+    });
+    let camera = spawn_camera(&mut app, 5.0);
+    settings(&mut app).hysteresis = 0.0;
+    app.update();
+    let distances: Vec<f32> = choices(&app)
+        .distances(statue.root, camera)
+        .expect("an active camera")
+        .collect();
+    assert_eq!((distances.len(), distances[0]), (3, 0.0));
+    for (level, distance) in distances.iter().enumerate().skip(1) {
+        assert_eq!(look_from(&mut app, camera, distance * 0.999, &statue), level - 1);
+        assert_eq!(look_from(&mut app, camera, distance * 1.001, &statue), level);
+    }
+}
+
+#[test]
+fn where_distances_decide_nothing_there_are_none() {
+    let mut app = app();
+    let by_height = spawn_statue(&mut app, 2, |levels| lod(LodMetric::Height, levels, &[0.2]));
+    let by_distance = spawn_statue_by_distance(&mut app);
+    let orthographic = Projection::from(OrthographicProjection::default_3d());
+    let camera = spawn(&mut app, (Camera3d::default(), orthographic, at_distance(10.0)));
+    app.update();
+    let has_some = |group, view| choices(&app).distances(group, view).is_some();
+    assert!(!has_some(by_height.root, camera));
+    assert!(has_some(by_distance.root, camera));
+    assert!(!has_some(camera, camera), "it is no group");
+    assert!(!has_some(by_distance.root, by_distance.root), "it is no camera");
+}
+
+#[test]
+fn the_bounds_of_groups_are_known_by_their_roots() {
+    let mut app = app();
+    let statue = spawn_statue_by_distance(&mut app);
+    insert(&mut app, statue.root, Transform::from_xyz(3.0, 0.0, 0.0));
+    app.update();
+    assert_eq!(choices(&app).roots().collect::<Vec<_>>(), [statue.root]);
+    let bounds = choices(&app).bounds(statue.root).expect("a group");
+    assert_eq!(bounds.center, Vec3A::ZERO, "in the space of the root");
+    assert!(bounds.half_extents.abs_diff_eq(Vec3A::splat(0.5), 1e-5));
+    assert_eq!(choices(&app).bounds(statue.levels[0]), None, "it is no root");
+    despawn(&mut app, statue.root);
+    app.update();
+    assert_eq!(choices(&app).bounds(statue.root), None);
+    assert_eq!(choices(&app).roots().count(), 0);
 }
