@@ -5,6 +5,8 @@
 //! Arrows point downward only: what is below knows nothing of what is above.
 //!
 //! ```text
+//!       debug                               what all others are about, drawn as lines
+//!         |
 //!      sprite                               ECS plugins
 //!         |
 //!      picking   selection   culling        what is on the screen; what cameras and lights see
@@ -41,6 +43,8 @@
 //! ```
 
 pub mod culling;
+#[cfg(feature = "gizmos")]
+pub mod debug;
 pub mod geometry;
 pub mod index;
 pub mod lod;
@@ -87,6 +91,12 @@ pub mod prelude {
         selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},
     };
 
+    #[cfg(feature = "gizmos")]
+    pub use crate::debug::gizmos::{
+        DrawStructures, GizmoCount, ShowGizmos, SightlineGizmoStats, SightlineGizmos, SightlineGizmosPlugin,
+        StructureStyle,
+    };
+
     #[cfg(feature = "simplify")]
     pub use crate::lod::simplify::{
         AutoProxy, AutoProxyPlugin, AutoProxySystems, ClusterMaterials, ClusterProxy, ProxyFailed, ProxyProgress,
@@ -117,6 +127,8 @@ impl PluginGroup for SightlinePlugins {
         let group = group.add(picking::SpatialPickingPlugin);
         #[cfg(feature = "sprite")]
         let group = group.add(sprite::SpriteIndexPlugin);
+        #[cfg(feature = "gizmos")]
+        let group = group.add(debug::gizmos::SightlineGizmosPlugin);
         group
     }
 }

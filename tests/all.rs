@@ -6,6 +6,8 @@ mod common;
 mod culling;
 mod differential;
 mod geometry;
+#[cfg(feature = "gizmos")]
+mod gizmos;
 mod inner_boxes;
 mod layering;
 mod line_of_sight;

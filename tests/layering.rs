@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 /// Each layer with what it must not name.
-const FORBIDDEN: [(&str, &[&str]); 10] = [
+const FORBIDDEN: [(&str, &[&str]); 11] = [
     (
         "geometry",
         &[
@@ -22,6 +22,7 @@ const FORBIDDEN: [(&str, &[&str]); 10] = [
             "crate::picking",
             "crate::selection",
             "crate::sprite",
+            "crate::debug",
         ],
     ),
     (
@@ -41,6 +42,7 @@ const FORBIDDEN: [(&str, &[&str]); 10] = [
             "crate::picking",
             "crate::selection",
             "crate::sprite",
+            "crate::debug",
         ],
     ),
     (
@@ -60,6 +62,7 @@ const FORBIDDEN: [(&str, &[&str]); 10] = [
             "crate::picking",
             "crate::selection",
             "crate::sprite",
+            "crate::debug",
         ],
     ),
     (
@@ -72,6 +75,7 @@ const FORBIDDEN: [(&str, &[&str]); 10] = [
             "crate::picking",
             "crate::selection",
             "crate::sprite",
+            "crate::debug",
         ],
     ),
     (
@@ -90,6 +94,7 @@ const FORBIDDEN: [(&str, &[&str]); 10] = [
             "crate::picking",
             "crate::selection",
             "crate::sprite",
+            "crate::debug",
         ],
     ),
     (
@@ -100,6 +105,7 @@ const FORBIDDEN: [(&str, &[&str]); 10] = [
             "crate::picking",
             "crate::selection",
             "crate::sprite",
+            "crate::debug",
         ],
     ),
     (
@@ -111,11 +117,22 @@ const FORBIDDEN: [(&str, &[&str]); 10] = [
             "crate::picking",
             "crate::selection",
             "crate::sprite",
+            "crate::debug",
         ],
     ),
-    ("culling", &["crate::picking", "crate::selection", "crate::sprite"]),
-    ("picking", &["crate::culling", "crate::selection", "crate::sprite"]),
-    ("selection", &["crate::culling", "crate::picking", "crate::sprite"]),
+    (
+        "culling",
+        &["crate::picking", "crate::selection", "crate::sprite", "crate::debug"],
+    ),
+    (
+        "picking",
+        &["crate::culling", "crate::selection", "crate::sprite", "crate::debug"],
+    ),
+    (
+        "selection",
+        &["crate::culling", "crate::picking", "crate::sprite", "crate::debug"],
+    ),
+    ("sprite", &["crate::debug"]),
 ];
 
 #[test]

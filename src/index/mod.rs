@@ -57,6 +57,8 @@ mod pick_shape;
 mod pose;
 mod scene_query;
 mod settings;
+#[cfg(feature = "gizmos")]
+mod shown;
 mod spatial_index;
 mod stats;
 mod surface;

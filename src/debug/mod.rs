@@ -1,0 +1,3 @@
+//! What one needs to see what the rest does.
+
+pub mod gizmos;
