@@ -40,6 +40,7 @@
 //!              ViewCullingSystems::Write     VisibleEntities, VisibleSet, ViewVisibility
 //!              ViewCullingSystems::Lights    the same for cascades, cube faces and spot lights
 //!              ViewCullingSystems::Hide      what nothing sees any more
+//!              SightlineGizmoSystems         what is switched on of all this, as lines, after the levels are chosen
 //! ```
 
 pub mod culling;
