@@ -10,7 +10,7 @@ use bevy::{
     platform::collections::HashMap,
 };
 
-use crate::index::ticks::ones;
+use crate::{index::ticks::ones, spatial::simd::prefetch};
 
 use super::{
     groups::{GroupId, Groups},
@@ -32,6 +32,9 @@ pub(crate) struct ViewLevels {
     blocks: Vec<Block>,
     /// The earliest of each block, or something earlier.
     block_due: Vec<f32>,
+    /// What is to be looked at in this frame: buffers, kept for their memory.
+    due_blocks: Vec<u32>,
+    due_groups: Vec<GroupId>,
     /// Since when levels are wanted, in seconds; empty if none has to stay.
     since: Vec<f64>,
     moved: f32,
@@ -205,7 +208,6 @@ impl ViewLevels {
     /// gone.
     pub(super) fn update(&mut self, sight: Sight, reaches: &[Reaches], changed: &[GroupId], now: f64) {
         self.switches.clear();
-        self.looked_at = 0;
         let blocks = reaches.len().div_ceil(BLOCK);
         self.blocks.resize(blocks, Block::UNKNOWN);
         self.block_due.resize(blocks, f32::NEG_INFINITY);
@@ -240,21 +242,44 @@ impl ViewLevels {
             }
         }
 
-        for block in 0..blocks {
-            if self.block_due[block] > self.moved {
-                continue;
-            }
-            let moved = self.moved;
-            let are_due = (self.blocks[block].due.iter().enumerate())
-                .fold(0, |due, (place, &since)| due | u64::from(since <= moved) << place);
-            self.looked_at += are_due.count_ones() as usize;
-            for place in ones(are_due) {
-                let group = block * BLOCK + place as usize;
-                let due = (reaches.get(group)).map_or(f32::INFINITY, |reaches| self.look(group, &sight, reaches, now));
-                self.blocks[block].due[place as usize] = due;
-            }
+        self.find_due(reaches);
+        let due = std::mem::take(&mut self.due_groups);
+        self.looked_at = due.len();
+        for &group in &due {
+            let (block, place) = (group as usize / BLOCK, group as usize % BLOCK);
+            self.blocks[block].due[place] = self.look(group as usize, &sight, &reaches[group as usize], now);
+        }
+        self.due_groups = due;
+        for &block in &self.due_blocks {
             let earliest = |earliest, &due: &f32| if due < earliest { due } else { earliest };
+            let block = block as usize;
             self.block_due[block] = self.blocks[block].due.iter().fold(f32::INFINITY, earliest);
+        }
+    }
+
+    /// Lists what is to be looked at. Its memory is asked for a step ahead: with many groups, it is waited for otherwise.
+    fn find_due(&mut self, reaches: &[Reaches]) {
+        let moved = self.moved;
+        self.due_blocks.clear();
+        for (block, &due) in self.block_due.iter().enumerate() {
+            if due <= moved {
+                self.due_blocks.push(block as u32);
+                prefetch(&self.blocks[block]);
+            }
+        }
+        self.due_groups.clear();
+        for &block in &self.due_blocks {
+            let due = self.blocks[block as usize].due.iter().enumerate();
+            let are_due = due.fold(0, |are_due, (place, &due)| are_due | u64::from(due <= moved) << place);
+            for place in ones(are_due) {
+                let group = block * BLOCK as u32 + place;
+                if let Some(reaches) = reaches.get(group as usize) {
+                    self.due_groups.push(group);
+                    prefetch(reaches);
+                } else {
+                    self.blocks[block as usize].due[place as usize] = f32::INFINITY;
+                }
+            }
         }
     }
 
