@@ -4,13 +4,16 @@ use std::ops::Range;
 
 use bevy::ecs::change_detection::{ContiguousRef, MAX_CHANGE_AGE, Tick};
 
-use crate::spatial::simd::{Simd, Task, dispatch};
+use crate::spatial::simd::{Simd, Task, dispatch, prefetch};
 
 /// The rows of a table that are looked at one by one where one of them is new: one bit for each.
 const BLOCK: usize = u64::BITS as usize;
 
 /// The rows that are looked at together: mostly, none of them is new.
 const STRIDE: usize = 16 * BLOCK;
+
+/// So many ticks are brought close at once.
+const TICKS_PER_LINE: usize = 64 / size_of::<Tick>();
 
 /// The time since a system has last looked.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +63,10 @@ impl Since {
     ) -> impl Iterator<Item = Range<usize>> + 'a {
         let any_newer = move |rows: &Range<usize>| {
             columns.iter().any(|ticks| {
+                // Mostly all rows are looked at, one stretch after the other, and their memory is waited for.
+                for line in ticks[rows.end..].iter().take(STRIDE).step_by(TICKS_PER_LINE) {
+                    prefetch(line);
+                }
                 dispatch(AnyNewer {
                     since: self,
                     ticks: &ticks[rows.clone()],
