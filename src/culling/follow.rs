@@ -27,7 +27,7 @@ use super::{ViewCulling, candidates::Seeables, marks::ViewVisibilities};
 use crate::{
     index::{
         PickShape, SimplifiedMesh, SpatialIndex,
-        ticks::{Since, added, changed, ones},
+        ticks::{Since, added, changed},
     },
     lod::LodChoices,
     occlusion::NoOcclusionCulling,
@@ -218,12 +218,7 @@ fn collect<const N: usize>(entities: &[Entity], since: Since, columns: [Option<&
     if columns.is_empty() {
         return;
     }
-    for block in since.blocks_with_newer(&columns, 0..entities.len()) {
-        let newer = columns
-            .iter()
-            .fold(0, |newer, ticks| newer | since.newer(&ticks[block.clone()]));
-        dirty.extend(ones(newer).map(|row| entities[block.start + row as usize]));
-    }
+    since.collect(entities, &columns, dirty);
 }
 
 /// Brings what is known of the candidates up to date, and begins a frame for all views.

@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use bevy::ecs::change_detection::{ContiguousRef, MAX_CHANGE_AGE, Tick};
+use bevy::ecs::{
+    change_detection::{ContiguousRef, MAX_CHANGE_AGE, Tick},
+    entity::Entity,
+};
 
 use crate::spatial::simd::{Simd, Task, dispatch, prefetch};
 
@@ -77,6 +80,17 @@ impl Since {
             .filter(any_newer)
             .flat_map(|stride| parts(stride, BLOCK))
             .filter(any_newer)
+    }
+}
+
+impl Since {
+    /// Adds the entities of a table to `found` in whose row some tick of some column is newer.
+    pub fn collect(self, entities: &[Entity], columns: &[&[Tick]], found: &mut Vec<Entity>) {
+        for block in self.blocks_with_newer(columns, 0..entities.len()) {
+            let newer = columns.iter().map(|ticks| self.newer(&ticks[block.clone()]));
+            let newer = newer.fold(0, |all, newer| all | newer);
+            found.extend(ones(newer).map(|row| entities[block.start + row as usize]));
+        }
     }
 }
 

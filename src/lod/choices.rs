@@ -6,7 +6,7 @@ use bevy::{
     platform::collections::HashMap,
 };
 
-use super::{groups::Groups, place::Pending, view_levels::ViewLevels};
+use super::{groups::Groups, lens::MAX_LEVELS, place::Pending, view_levels::ViewLevels};
 
 /// Which levels are shown, in every view, as of the last [`LodSystems::Choose`](super::LodSystems::Choose).
 #[derive(Resource, Debug, Default)]
@@ -80,7 +80,10 @@ impl LodChoices {
     pub fn group_of(&self, entity: Entity) -> Option<(Entity, impl Iterator<Item = usize> + use<>)> {
         let within = self.groups.of_member(entity)?;
         let root = self.groups.get(within.group)?.root;
-        Some((root, (0..8).filter(move |level| within.levels >> level & 1 == 1)))
+        Some((
+            root,
+            (0..MAX_LEVELS).filter(move |level| within.levels >> level & 1 == 1),
+        ))
     }
 
     /// How many groups there are.

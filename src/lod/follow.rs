@@ -18,10 +18,7 @@ use super::{
     mesh_roots::give_back,
     place::Change,
 };
-use crate::index::{
-    DetailLevel,
-    ticks::{Since, ones},
-};
+use crate::index::{DetailLevel, ticks::Since};
 
 /// What has changed since the last frame.
 #[derive(SystemParam)]
@@ -42,12 +39,12 @@ impl Changes<'_, '_> {
         changed.clear();
         restructured.clear();
         match self.lods.contiguous_iter() {
-            Ok(tables) => tables.for_each(|(entities, column)| collect(entities, &column, changed)),
+            Ok(tables) => tables.for_each(|(entities, lods)| collect(entities, &lods, changed)),
             // Something decides which entities are disabled that is not stored in tables.
             Err(_) => changed.extend(&self.lods_changed),
         }
         match self.children.contiguous_iter() {
-            Ok(tables) => tables.for_each(|(entities, column)| collect(entities, &column, restructured)),
+            Ok(tables) => tables.for_each(|(entities, children)| collect(entities, &children, restructured)),
             Err(_) => restructured.extend(&self.children_changed),
         }
     }
@@ -55,12 +52,7 @@ impl Changes<'_, '_> {
 
 /// Collects the entities of a table of which a column has changed.
 fn collect<T>(entities: &[Entity], column: &ContiguousRef<T>, found: &mut Vec<Entity>) {
-    let since = Since::last_read(column);
-    let ticks = column.changed_ticks_slice();
-    for block in since.blocks_with_newer(&[ticks], 0..entities.len()) {
-        let newer = since.newer(&ticks[block.clone()]);
-        found.extend(ones(newer).map(|row| entities[block.start + row as usize]));
-    }
+    Since::last_read(column).collect(entities, &[column.changed_ticks_slice()], found);
 }
 
 /// Buffers, kept for their memory.

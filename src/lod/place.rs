@@ -151,11 +151,7 @@ impl Movements<'_, '_> {
         for (entities, children) in tables {
             let since = Since::last_looked(&children, seen);
             *seen_at = Some(children.this_run_tick());
-            let ticks = [children.changed_ticks_slice()];
-            for block in since.blocks_with_newer(&ticks, 0..entities.len()) {
-                let newer = since.newer(&ticks[0][block.clone()]);
-                found.extend(ones(newer).map(|row| entities[block.start + row as usize]));
-            }
+            since.collect(entities, &[children.changed_ticks_slice()], found);
         }
     }
 }

@@ -22,14 +22,20 @@ pub(super) fn swap_meshes(
     mut choices: ResMut<LodChoices>,
     mut commands: Commands,
 ) {
-    let choices = choices.bypass_change_detection();
-    let main = choices.main;
-    for &id in choices.pending.ids() {
-        let levels = main.and_then(|main| choices.views.get(&LodView::Camera(main)));
-        let level = levels.map_or(0, |levels| levels.level(id));
-        let Some(group) = choices.groups.get_mut(id) else {
+    let LodChoices {
+        groups,
+        views,
+        main,
+        pending,
+        ..
+    } = choices.bypass_change_detection();
+    let main = *main;
+    let shown = main.and_then(|main| views.get(&LodView::Camera(main)));
+    for &id in pending.ids() {
+        let Some(group) = groups.get_mut(id) else {
             continue;
         };
+        let level = shown.map_or(0, |shown| shown.level(id));
         let Contents::Meshes(levels) = &group.contents else {
             continue;
         };
@@ -65,5 +71,5 @@ pub(super) fn swap_meshes(
             _ => {}
         }
     }
-    choices.pending.clear();
+    pending.clear();
 }
