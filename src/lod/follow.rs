@@ -13,8 +13,8 @@ use bevy::ecs::{
 use tracing::warn;
 
 use super::{
-    LodChoices, LodContent, ProxyLod,
-    groups::{Family, Flaw, GroupId},
+    LodChoices, ProxyLod,
+    groups::{Family, Flaw, Group, GroupId, Groups},
     mesh_roots::give_back,
     place::Change,
 };
@@ -102,7 +102,7 @@ pub(super) fn follow_groups(
         if let Some(group) = groups.remove(root, dirty, touched) {
             id.into_iter().for_each(|id| pending.note(id, Change::Restructured));
             give_back(&group, &mut commands);
-            *streaming_changes += 1;
+            *streaming_changes += u64::from(group.streams());
         }
     }
     changes.find(found, restructured);
@@ -113,11 +113,11 @@ pub(super) fn follow_groups(
     for &root in &*found {
         if let Ok((name, lod)) = lods.get(root) {
             let mut flaws = Vec::new();
+            let streamed = streams(groups, root);
             if let Some(swapped) = groups.insert(root, lod, &mut flaws, dirty) {
                 give_back(&swapped, &mut commands);
             }
-            let mut levels = lod.levels.iter();
-            *streaming_changes += u64::from(levels.any(|level| matches!(level.content, LodContent::Streamed(_))));
+            *streaming_changes += u64::from(streamed || streams(groups, root));
             warn_once(&name, root, &flaws, warned);
         }
     }
@@ -177,6 +177,12 @@ pub(super) fn follow_groups(
     }
     reassigned.append(touched);
     dirty.drain(..).for_each(|id| pending.note(id, Change::Restructured));
+}
+
+/// Whether an entity is the root of a group that has meshes loaded when they come near.
+fn streams(groups: &Groups, root: Entity) -> bool {
+    let group = groups.of_root(root).and_then(|id| groups.get(id));
+    group.is_some_and(Group::streams)
 }
 
 fn warn_once(name: &impl std::fmt::Display, root: Entity, flaws: &[Flaw], warned: &mut EntityHashSet) {

@@ -195,6 +195,14 @@ impl Group {
             .flat_map(|(level, entities)| entities.iter().map(move |&entity| (entity, 1 << level)))
     }
 
+    /// Whether some of its meshes are loaded when they come near.
+    pub(in crate::lod) fn streams(&self) -> bool {
+        match &self.contents {
+            Contents::Meshes(levels) => levels.iter().any(|level| matches!(level, MeshLevel::Streamed(_))),
+            Contents::Entities(_) => false,
+        }
+    }
+
     /// The levels that show a mesh.
     pub(super) fn mesh_levels(&self) -> u8 {
         match &self.contents {
