@@ -5,7 +5,7 @@
 //! Arrows point downward only: what is below knows nothing of what is above.
 //!
 //! ```text
-//!       debug                               what all others are about, drawn as lines
+//!       debug                               what all others are about, in lines and figures
 //!         |
 //!      sprite                               ECS plugins
 //!         |
@@ -41,16 +41,17 @@
 //!              ViewCullingSystems::Lights    the same for cascades, cube faces and spot lights
 //!              ViewCullingSystems::Hide      what nothing sees any more
 //!              SightlineGizmoSystems         what is switched on of all this, as lines, after the levels are chosen
+//! Last         SightlineDiagnosticsSystems   what all of this took, if that is asked for
 //! ```
 
 pub mod culling;
-#[cfg(feature = "gizmos")]
 pub mod debug;
 pub mod geometry;
 pub mod index;
 pub mod lod;
 pub mod mesh;
 pub mod occlusion;
+mod phase;
 #[cfg(feature = "picking")]
 pub mod picking;
 pub mod raster;
@@ -66,9 +67,10 @@ pub mod prelude {
     pub use crate::{
         SightlinePlugins,
         culling::{
-            EnteredView, LeftView, ReportViewChanges, ViewCullingPlugin, ViewCullingSettings, ViewCullingSystems,
-            VisibilityReason, VisibilityReasons, VisibleSet,
+            EnteredView, LeftView, ReportViewChanges, ViewCullingPlugin, ViewCullingSettings, ViewCullingStats,
+            ViewCullingSystems, VisibilityReason, VisibilityReasons, VisibleSet,
         },
+        debug::diagnostics::{SightlineDiagnosticsPlugin, SightlineDiagnosticsSystems},
         geometry::{
             surface::{BoundedSurface, Surface, SurfaceGroup},
             triangle_triangle::TriangleContact,
@@ -80,13 +82,13 @@ pub mod prelude {
             SpatialIndexSystems, SweepHit,
         },
         lod::{
-            LevelVariants, LevelVariantsPlugin, LodBias, LodChoices, LodContent, LodDiagnosticsPlugin, LodHits,
-            LodLevel, LodMetric, LodReference, LodSettings, LodStats, LodStreamingSettings, LodStreamingStats,
-            LodSwapped, LodSystems, ProxyLod, ProxyLodPlugin,
+            LevelVariants, LevelVariantsPlugin, LodBias, LodChoices, LodContent, LodHits, LodLevel, LodMetric,
+            LodReference, LodSettings, LodStats, LodStreamingSettings, LodStreamingStats, LodSwapped, LodSystems,
+            ProxyLod, ProxyLodPlugin,
         },
         occlusion::{
-            NoOcclusionCulling, Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders, OcclusionBudget,
-            OcclusionBuffer, OcclusionPlugin, OcclusionStats, OcclusionSystems, SoftwareOcclusion,
+            NoOcclusionCulling, Occluder, OccluderRefusal, OccluderSettings, OccluderShape, OccluderStats, Occluders,
+            OcclusionBudget, OcclusionBuffer, OcclusionPlugin, OcclusionStats, OcclusionSystems, SoftwareOcclusion,
         },
         raster::RasterMode,
         selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},
@@ -101,14 +103,14 @@ pub mod prelude {
     #[cfg(feature = "simplify")]
     pub use crate::lod::simplify::{
         AutoProxy, AutoProxyPlugin, AutoProxySystems, ClusterMaterials, ClusterProxy, ProxyFailed, ProxyProgress,
-        ProxyReady, SimplifyError, SimplifyTarget,
+        ProxyReady, ProxyStats, SimplifyError, SimplifyTarget,
     };
 
     #[cfg(feature = "picking")]
-    pub use crate::picking::{SpatialPickingPlugin, SpatialPickingSettings};
+    pub use crate::picking::{SpatialPickingPlugin, SpatialPickingSettings, SpatialPickingStats};
 
     #[cfg(feature = "sprite")]
-    pub use crate::sprite::{AlphaTest, SpriteIndexPlugin, SpriteIndexSettings};
+    pub use crate::sprite::{AlphaTest, SpriteIndexPlugin, SpriteIndexSettings, SpriteIndexStats};
 }
 
 /// All plugins of this crate that the enabled features offer.

@@ -5,6 +5,7 @@ mod boxes;
 mod common;
 mod culling;
 mod differential;
+mod edge;
 mod geometry;
 #[cfg(feature = "gizmos")]
 mod gizmos;

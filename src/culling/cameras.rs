@@ -19,17 +19,18 @@ use bevy::{
 use tracing::warn;
 
 use super::{
-    EnteredView, LeftView, ReportViewChanges, ViewCulling, ViewKey, VisibleSet,
+    EnteredView, LeftView, ReportViewChanges, ViewCulling, ViewCullingStats, ViewKey, VisibleSet,
     candidates::{Candidates, ClassId, Record},
     marks::ViewVisibilities,
     shape::{ViewKind, ViewShape},
     sorted::amend,
-    view::{Bounds, Change, Layers, Request, Sights, View, look},
+    view::{Bounds, Change, Layers, Request, Sights, View, come, gone, look},
 };
 use crate::{
     index::{SpatialIndex, clip_from_view},
     lod::{LodChoices, LodView},
     occlusion::{Occluders, OcclusionBuffer, SoftwareOcclusion, Viewpoint},
+    phase::phase,
 };
 
 /// A camera that looks in this frame.
@@ -60,7 +61,9 @@ pub(super) fn find_visible(
     layers: Layers,
     mut visibilities: ViewVisibilities,
     mut culling: ResMut<ViewCulling>,
+    mut stats: ResMut<ViewCullingStats>,
 ) {
+    let phase = phase!("sightline/culling/find");
     let ViewCulling {
         candidates,
         views,
@@ -128,10 +131,13 @@ pub(super) fn find_visible(
     // What is in which range is not known yet.
     look(&mut pairs, sights, |_, _| None);
 
+    stats.views = looking.len();
     for looking in &mut *looking {
+        stats.tested += looking.view.tested();
         if let Ok(mut buffer) = occlusion_buffers.get_mut(looking.camera) {
             let mut occlusion = std::mem::take(&mut looking.view.occlusion);
             if looking.request.viewpoint.is_some() {
+                stats.occlusion += *occlusion.stats();
                 let is_new = occlusion.take_new();
                 *buffer.bypass_change_detection() = occlusion;
                 if is_new {
@@ -161,6 +167,7 @@ pub(super) fn find_visible(
             }
         }
     }
+    stats.find += phase.end();
 }
 
 /// Writes what cameras see to where Bevy has it.
@@ -169,10 +176,12 @@ pub(super) fn write_visible(
     ranges: Option<Res<VisibleEntityRanges>>,
     mut visibilities: ViewVisibilities,
     mut culling: ResMut<ViewCulling>,
+    mut stats: ResMut<ViewCullingStats>,
     entities: &Entities,
     mut commands: Commands,
     mut lists: Local<Lists>,
 ) {
+    let phase = phase!("sightline/culling/write");
     let ViewCulling {
         candidates,
         views,
@@ -192,6 +201,9 @@ pub(super) fn write_visible(
         view.undecided = undecided;
         turnover.count(&mut view, Record::FOR_CAMERAS, candidates);
         view.changes.sort_unstable_by_key(|change| change.entity);
+        stats.visible += view.seen_len();
+        stats.entered += come(&view.changes).count();
+        stats.left += gone(&view.changes).count();
         if let Ok((mut visible, set, reports)) = cameras.get_mut(camera) {
             if let Some(set) = set {
                 VisibleSet::write(set, &view, candidates, &mut lists.buffer);
@@ -207,6 +219,7 @@ pub(super) fn write_visible(
     turnover.lost.clear();
     let appeared = turnover.appeared.drain(..);
     marks.mark(appeared, Record::FOR_CAMERAS, candidates, &mut visibilities);
+    stats.write = phase.end();
 }
 
 /// Tells the observers of what has come into view and gone out of it.

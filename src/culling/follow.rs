@@ -23,7 +23,7 @@ use bevy::{
 };
 use smallvec::SmallVec;
 
-use super::{ViewCulling, candidates::Seeables, marks::ViewVisibilities};
+use super::{ViewCulling, ViewCullingStats, candidates::Seeables, marks::ViewVisibilities};
 use crate::{
     index::{
         PickShape, SimplifiedMesh, SpatialIndex,
@@ -31,6 +31,7 @@ use crate::{
     },
     lod::LodChoices,
     occlusion::NoOcclusionCulling,
+    phase::phase,
 };
 
 /// Fewer entities than this are not worth a task.
@@ -228,8 +229,10 @@ pub(super) fn follow_candidates(
     index: Res<SpatialIndex>,
     lods: Option<Res<LodChoices>>,
     mut culling: ResMut<ViewCulling>,
+    mut stats: ResMut<ViewCullingStats>,
     mut found: Local<Found>,
 ) {
+    let phase = phase!("sightline/culling/find");
     let culling = &mut *culling;
     let syncs = index.syncs();
     culling.index_is_current = culling.syncs != syncs;
@@ -279,4 +282,8 @@ pub(super) fn follow_candidates(
     marked.extend(&candidates.new);
     marked.extend(&*unmarked);
     marks.begin_frame(gone, marked.drain(..), candidates, &mut world.p1());
+    *stats = ViewCullingStats {
+        find: phase.end(),
+        ..ViewCullingStats::default()
+    };
 }

@@ -22,7 +22,7 @@ use bevy::{
 };
 
 use super::{
-    ViewCulling, ViewKey,
+    ViewCulling, ViewCullingStats, ViewKey,
     candidates::{Candidates, Record},
     marks::ViewVisibilities,
     shape::{ViewKind, ViewShape},
@@ -32,6 +32,7 @@ use super::{
 use crate::{
     index::SpatialIndex,
     lod::{LodChoices, LodView},
+    phase::phase,
 };
 
 /// A shadow map that is drawn in this frame.
@@ -123,8 +124,10 @@ pub(super) fn cull_lights(
     layers: Layers,
     mut visibilities: ParamSet<(ViewVisibilities, Query<&ViewVisibility>)>,
     mut culling: ResMut<ViewCulling>,
+    mut stats: ResMut<ViewCullingStats>,
     mut buffers: Local<Buffers>,
 ) {
+    let phase = phase!("sightline/culling/lights");
     let ViewCulling {
         candidates,
         views,
@@ -249,7 +252,10 @@ pub(super) fn cull_lights(
         }
         is_camera
     });
+    stats.shadow_maps = shadows.len();
     for mut shadow in shadows.drain(..) {
+        stats.tested += shadow.view.tested();
+        stats.casters += shadow.view.seen_len();
         turnover.count(&mut shadow.view, shadow.request.audience, candidates);
         shadow.view.changes.sort_unstable_by_key(|change| change.entity);
         match shadow.key {
@@ -284,6 +290,7 @@ pub(super) fn cull_lights(
     marks.mark_shadows(turnover.lost.drain(..), candidates, &mut visibilities);
     let appeared = turnover.appeared.drain(..);
     marks.mark(appeared, Record::FOR_CASCADES, candidates, &mut visibilities);
+    stats.lights = phase.end();
 }
 
 /// How Bevy tests for the map of a light that reaches so far.

@@ -54,10 +54,12 @@ mod reasons;
 mod replace;
 mod shape;
 mod sorted;
+mod stats;
 mod view;
 mod visible_set;
 
 pub use reasons::{VisibilityReason, VisibilityReasons};
+pub use stats::ViewCullingStats;
 pub use visible_set::{EnteredView, LeftView, ReportViewChanges, VisibleEntity, VisibleSet};
 
 use bevy::{
@@ -83,6 +85,7 @@ use crate::{
     index::{SpatialIndexPlugin, SpatialIndexSystems},
     lod::LodSystems,
     occlusion::OcclusionSystems,
+    phase::phase,
 };
 use cameras::Looking;
 use candidates::Candidates;
@@ -133,9 +136,13 @@ impl Plugin for ViewCullingPlugin {
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<ViewCulling>()
             .init_resource::<ViewCullingSettings>()
+            .init_resource::<ViewCullingStats>()
             .register_type::<ViewCullingSettings>()
+            .register_type::<ViewCullingStats>()
             .register_type::<VisibleSet>()
             .register_type::<ReportViewChanges>()
+            .register_type::<EnteredView>()
+            .register_type::<LeftView>()
             .register_type::<VisibilityReason>()
             .configure_sets(
                 PostUpdate,
@@ -270,7 +277,13 @@ fn is_left_to_bevy(settings: Res<ViewCullingSettings>) -> bool {
 }
 
 /// Hides what nothing sees any more.
-fn hide_unseen(mut culling: ResMut<ViewCulling>, mut visibilities: ViewVisibilities) {
+fn hide_unseen(
+    mut culling: ResMut<ViewCulling>,
+    mut stats: ResMut<ViewCullingStats>,
+    mut visibilities: ViewVisibilities,
+) {
+    let phase = phase!("sightline/culling/hide");
     let ViewCulling { candidates, marks, .. } = &mut *culling;
     marks.hide_unseen(candidates, &mut visibilities);
+    stats.hide = phase.end();
 }

@@ -57,6 +57,7 @@ pub(super) struct View {
     in_sight: Bits,
     /// What is seen.
     pub seen: Bits,
+    seen_len: usize,
     /// What has changed in what is seen.
     pub changes: Vec<Change>,
     /// How many of the changes were counted.
@@ -78,10 +79,18 @@ pub(super) struct View {
 /// What is in sight, by who has found it: each part of the tree, and those who were tested one by one.
 #[derive(Debug, Default)]
 struct Found {
-    in_tree: Vec<Bits>,
-    one_by_one: Bits,
+    in_tree: Vec<Part>,
+    one_by_one: Part,
     /// What the tree was asked for: as long as nothing changes, that is the answer.
     question: Option<Question>,
+}
+
+/// What one of them has found.
+#[derive(Debug, Default)]
+struct Part {
+    bits: Bits,
+    /// How many entities were tested by themselves in this frame.
+    tested: usize,
 }
 
 /// What the tree is asked for.
@@ -210,7 +219,7 @@ impl Request {
                 self.find_unhidden(sights, viewpoint, occluders, occlusion, &mut found.in_tree[0]);
             }
             self.test_one_by_one(sights, &mut found.one_by_one);
-            self.leave_out_hidden(sights, occlusion, &mut found.one_by_one);
+            self.leave_out_hidden(sights, occlusion, &mut found.one_by_one.bits);
             return;
         }
         let open = self.begin(sights, 1, found);
@@ -227,7 +236,7 @@ impl Request {
         viewpoint: &Viewpoint,
         occluders: &Occluders,
         occlusion: &mut OcclusionBuffer,
-        found: &mut Bits,
+        found: &mut Part,
     ) {
         let around = Surroundings {
             index: sights.index,
@@ -252,7 +261,7 @@ impl Request {
         };
         occlusion.find_seen(viewpoint, &around, may_occlude, &mut finder);
         for key in occlusion.hidden_since() {
-            found.remove(key.entity.index_u32());
+            found.bits.remove(key.entity.index_u32());
         }
     }
 
@@ -293,8 +302,9 @@ impl Request {
     /// to be asked.
     fn ask_anew(&self, sights: Sights, parts: usize, found: &mut Found) -> bool {
         found.one_by_one.clear();
+        found.in_tree.iter_mut().for_each(|part| part.tested = 0);
         if self.sees_everywhere || !sights.index_is_current {
-            found.in_tree.iter_mut().for_each(Bits::clear);
+            found.in_tree.iter_mut().for_each(Part::clear);
             found.question = None;
             return false;
         }
@@ -315,17 +325,17 @@ impl Request {
         }) {
             return false;
         }
-        found.in_tree.iter_mut().for_each(Bits::clear);
+        found.in_tree.iter_mut().for_each(Part::clear);
         found.question = Some(Question {
             shape: self.shape.clone(),
             layers: self.layers.clone(),
             hidden_from,
         });
-        found.in_tree.resize_with(parts, Bits::default);
+        found.in_tree.resize_with(parts, Part::default);
         true
     }
 
-    fn walk(&self, sights: Sights, open: &[Open], found: &mut Bits) {
+    fn walk(&self, sights: Sights, open: &[Open], found: &mut Part) {
         let mut finder = Finder {
             request: self,
             sights,
@@ -348,14 +358,15 @@ impl Request {
         mask::of_view(&self.layers)
     }
 
-    fn test_one_by_one(&self, sights: Sights, found: &mut Bits) {
+    fn test_one_by_one(&self, sights: Sights, found: &mut Part) {
         if self.sees_everywhere {
             return;
         }
         let pool = self.pool(sights.candidates);
         let mut test = |number| {
+            found.tested += 1;
             if self.sees(sights, sights.candidates.record(number).entity) {
-                found.insert(number);
+                found.bits.insert(number);
             }
         };
         pool.one_by_one.iter().for_each(&mut test);
@@ -378,14 +389,21 @@ impl Request {
 struct Finder<'a, 'w, 's> {
     request: &'a Request,
     sights: Sights<'a, 'w, 's>,
-    found: &'a mut Bits,
+    found: &'a mut Part,
+}
+
+impl Finder<'_, '_, '_> {
+    fn sees(&mut self, entity: Entity) -> bool {
+        self.found.tested += 1;
+        self.request.sees(self.sights, entity)
+    }
 }
 
 impl Sides<Key> for Finder<'_, '_, '_> {
     #[inline]
     fn inside(&mut self, keys: &[Key]) {
         for key in keys {
-            self.found.insert(key.entity.index_u32());
+            self.found.bits.insert(key.entity.index_u32());
         }
     }
 
@@ -395,13 +413,31 @@ impl Sides<Key> for Finder<'_, '_, '_> {
         let pool = self.request.pool(self.sights.candidates);
         // A sphere or a box whose centre is inside is not outside, whatever its size: nothing has to be looked up.
         let is_in = pool.centered.contains(number) && self.request.shape.half_spaces.surely_have_center(aabb);
-        if is_in || pool.in_tree.contains(number) && self.request.sees(self.sights, key.entity) {
-            self.found.insert(number);
+        if is_in || pool.in_tree.contains(number) && self.sees(key.entity) {
+            self.found.bits.insert(number);
         }
     }
 }
 
+impl Part {
+    fn clear(&mut self) {
+        self.bits.clear();
+        self.tested = 0;
+    }
+}
+
 impl View {
+    /// How many entities were tested by themselves in this frame.
+    pub fn tested(&self) -> usize {
+        let in_tree: usize = self.found.in_tree.iter().map(|part| part.tested).sum();
+        in_tree + self.found.one_by_one.tested
+    }
+
+    /// How many entities are seen.
+    pub fn seen_len(&self) -> usize {
+        self.seen_len
+    }
+
     /// Begins a frame: no change is known yet, but of what is gone.
     pub fn begin_frame(&mut self, gone: &[(Entity, ClassId)]) {
         self.changes.clear();
@@ -409,6 +445,7 @@ impl View {
         self.undecided.clear();
         for &(entity, from) in gone {
             if self.seen.remove(entity.index_u32()) {
+                self.seen_len -= 1;
                 self.changes.push(Change {
                     entity,
                     from,
@@ -438,8 +475,8 @@ impl View {
                 pool.in_tree.used(block) | pool.one_by_one.used(block)
             } else {
                 let in_tree = self.found.in_tree.iter();
-                in_tree.fold(self.found.one_by_one.used(block), |used, found| {
-                    used | found.used(block)
+                in_tree.fold(self.found.one_by_one.bits.used(block), |used, found| {
+                    used | found.bits.used(block)
                 })
             };
             for word in ones(found | pool.untested.used(block) | self.in_sight.used(block)) {
@@ -448,8 +485,8 @@ impl View {
                     pool.in_tree.word(word) | pool.one_by_one.word(word)
                 } else {
                     let in_tree = self.found.in_tree.iter();
-                    let in_tree = in_tree.fold(0, |bits, found| bits | found.word(word));
-                    in_tree & pool.in_tree.word(word) | self.found.one_by_one.word(word)
+                    let in_tree = in_tree.fold(0, |bits, found| bits | found.bits.word(word));
+                    in_tree & pool.in_tree.word(word) | self.found.one_by_one.bits.word(word)
                 };
                 let now = tested | pool.untested.word(word);
                 let before = self.in_sight.word(word);
@@ -506,6 +543,7 @@ impl View {
         let was_seen = self.seen.contains(number);
         if is_seen != was_seen {
             self.seen.set(number, is_seen);
+            self.seen_len = self.seen_len + usize::from(is_seen) - usize::from(was_seen);
         }
         let from = if was_seen {
             candidates.old_classes(number)

@@ -6,7 +6,7 @@ use bevy::{
         component::Component,
         entity::Entity,
         event::EntityEvent,
-        reflect::ReflectComponent,
+        reflect::{ReflectComponent, ReflectEvent},
     },
     math::{Vec3A, bounding::Aabb3d},
     reflect::{Reflect, std_traits::ReflectDefault},
@@ -55,7 +55,7 @@ pub struct ReportViewChanges;
 
 /// A camera with [`ReportViewChanges`] has begun to see an entity.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
-#[reflect(Debug, Clone, PartialEq)]
+#[reflect(Event, Debug, Clone, PartialEq)]
 pub struct EnteredView {
     /// What is seen.
     pub entity: Entity,
@@ -65,7 +65,7 @@ pub struct EnteredView {
 
 /// A camera with [`ReportViewChanges`] has ceased to see an entity. Not triggered for what is despawned.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
-#[reflect(Debug, Clone, PartialEq)]
+#[reflect(Event, Debug, Clone, PartialEq)]
 pub struct LeftView {
     /// What was seen.
     pub entity: Entity,

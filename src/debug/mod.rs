@@ -1,3 +1,5 @@
 //! What one needs to see what the rest does.
 
+pub mod diagnostics;
+#[cfg(feature = "gizmos")]
 pub mod gizmos;

@@ -12,8 +12,8 @@ pub struct NoSpatialIndex;
 
 /// That views show an entity at some distances only, with others in its place at others: kept by
 /// [`ProxyLodPlugin`](crate::lod::ProxyLodPlugin) on whatever is part of a [`ProxyLod`](crate::lod::ProxyLod).
-#[derive(Component, Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
-#[reflect(Component, Debug, Clone, PartialEq, Hash)]
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Component, Default, Debug, Clone, PartialEq, Hash)]
 pub enum DetailLevel {
     /// It is found by queries whether it is shown or not: of it, [`QueryVisibility::VisibleInView`] asks no more than
     /// [`QueryVisibility::Visible`].
@@ -24,6 +24,7 @@ pub enum DetailLevel {
     /// It stands in for something finer, and is found by no query.
     Coarser,
     /// It is found like any other entity.
+    #[default]
     AsShown,
 }
 

@@ -47,6 +47,12 @@
 //! skin on a mesh without joint indices and weights, and joint indices and weights without a skin, are of no effect; a
 //! `Mesh2d` is not posed, nor is what rays hit in place of the triangles: a [`PickShape`], or a volume ([`HitSurface`]), is
 //! where the entity is. Which faces are back faces, the triangles decide in their pose.
+//!
+//! # Scenes and remote tools
+//!
+//! All components, settings, stats and events of this crate are reflected and registered by their plugins, so that scene
+//! files and Bevy's remote protocol carry them, but for [`PickShape`], which may be code of yours, and for what is made of
+//! the rest in every frame: [`SpatialIndex`], [`MeshBvhs`] and their like. Each of those says so.
 
 mod components;
 mod hit;
@@ -102,9 +108,8 @@ pub enum SpatialIndexSystems {
     /// The changes of this frame reach the index. After transforms, bounds and visibility have been propagated,
     /// before Bevy checks visibility.
     ///
-    /// May be paused by a run condition, but not for more than two frames in which entities are despawned or lose
-    /// components: Bevy forgets by then that they have, and the index does not learn of it until something else about
-    /// them changes.
+    /// May be paused by a run condition. What has happened meanwhile is found out afterwards; if something was removed
+    /// so long ago that Bevy has forgotten of it, by looking at every entity once.
     Sync,
     /// The index is kept fast, after [`Sync`](Self::Sync). Changes no answer.
     Optimize,
@@ -130,7 +135,11 @@ impl Plugin for SpatialIndexPlugin {
             .register_type::<BoundedBy>()
             .register_type::<DetailLevel>()
             .register_type::<HitSurface>()
+            .register_type::<MeshStatus>()
             .register_type::<NoSpatialIndex>()
+            .register_type::<QueryVisibility>()
+            .register_type::<RayCastBackfaces>()
+            .register_type::<SimplifiedMesh>()
             .register_type::<SpatialIndexSettings>()
             .register_type::<SpatialIndexStats>()
             .register_type::<SyncStats>()

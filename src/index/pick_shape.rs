@@ -21,6 +21,8 @@ use crate::geometry::surface::Surface;
 /// commands.spawn((PickShape::new(Capsule3d::new(0.4, 1.2)), Transform::from_xyz(0.0, 1.0, 0.0)));
 /// # }
 /// ```
+///
+/// Not reflected, for it may be a surface of your own: a scene that is loaded has none, and is to be given it by code.
 #[derive(Component, Clone)]
 #[require(Transform)]
 pub struct PickShape(Arc<dyn Surface>);

@@ -64,7 +64,8 @@ impl Default for MeshSettings {
 }
 
 /// Which entities a query considers, by their visibility.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum QueryVisibility {
     /// All, hidden ones too.
     Any,

@@ -18,11 +18,16 @@ pub struct SyncStats {
     pub moved: usize,
     /// The entities that had changed otherwise, were new or gone: they are looked at one by one.
     pub reconciled: usize,
-    /// The skinned and morphed entities whose pose had changed; those are among what had moved. What was posed of them
-    /// for rays is in [`PosedMeshes::stats`](super::PosedMeshes::stats).
+    /// The skinned and morphed entities whose pose had changed; those are among what had moved.
     pub posed: usize,
     /// The time that it took to follow the poses, which is part of [`find`](Self::find).
     pub posing: Duration,
+    /// The meshes that were posed for rays since the frame before.
+    pub posed_for_rays: usize,
+    /// The time that this took, in all threads together. Not part of any other.
+    pub posing_for_rays: Duration,
+    /// The time that it took to follow the assets of meshes, which is part of no other.
+    pub meshes: Duration,
     /// The time that it took to find them and to compute the world boxes of what had moved.
     pub find: Duration,
     /// The time that it took to bring the structures up to date.

@@ -12,10 +12,11 @@ use bevy::{
 };
 
 use super::{
-    LodChoices,
+    LodChoices, LodStats,
     groups::{Contents, GroupId},
     place::Change,
 };
+use crate::phase::phase;
 
 /// Notes which levels of groups that have come or changed lack meshes, and of which these have been loaded.
 pub(super) fn await_meshes(
@@ -23,9 +24,11 @@ pub(super) fn await_meshes(
     mut events: MessageReader<AssetEvent<Mesh>>,
     meshes: Query<&Mesh3d>,
     mut choices: ResMut<LodChoices>,
+    mut stats: ResMut<LodStats>,
     mut waiting: Local<HashMap<AssetId<Mesh>, Vec<GroupId>>>,
     mut due: Local<Vec<GroupId>>,
 ) {
+    let _phase = phase!("sightline/lod/follow").adds_to(&mut stats.follow);
     let Some(assets) = assets else {
         events.clear();
         return;

@@ -9,6 +9,8 @@ use bevy::{
 use super::{groups::Groups, lens::MAX_LEVELS, place::Pending, view_levels::ViewLevels};
 
 /// Which levels are shown, in every view, as of the last [`LodSystems::Choose`](super::LodSystems::Choose).
+///
+/// Not reflected, for all of it is found anew where a scene is loaded.
 #[derive(Resource, Debug, Default)]
 pub struct LodChoices {
     pub(super) groups: Groups,

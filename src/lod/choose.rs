@@ -1,10 +1,10 @@
 //! Choosing levels for every view, and telling of what has switched.
 
-use std::time::Instant;
+use std::time::Duration;
 
 use bevy::{
     ecs::{
-        change_detection::{DetectChanges, DetectChangesMut, Res, ResMut, Tick},
+        change_detection::{DetectChanges, Res, ResMut, Tick},
         entity::{Entity, EntityHashSet},
         query::With,
         system::{Commands, Local, Query},
@@ -20,7 +20,10 @@ use super::{
     place::{Change, Movements, Places},
     view_levels::{Sight, ViewLevels},
 };
-use crate::index::{DetailLevel, NoSpatialIndex, SpatialIndex};
+use crate::{
+    index::{DetailLevel, NoSpatialIndex, SpatialIndex},
+    phase::phase,
+};
 
 /// Buffers, kept for their memory, and what was told.
 #[derive(Default)]
@@ -46,7 +49,7 @@ pub(super) fn choose_levels(
     mut commands: Commands,
     mut memory: Local<Memory>,
 ) {
-    let start = Instant::now();
+    let phase = phase!("sightline/lod/choose");
     let Memory {
         views,
         warned,
@@ -59,7 +62,11 @@ pub(super) fn choose_levels(
     let choices = &mut *choices;
     if choices.groups.len() == 0 && choices.pending.ids().is_empty() {
         choices.views.clear();
-        stats.set_if_neq(LodStats::default());
+        *stats = LodStats {
+            follow: stats.follow,
+            choose: phase.end(),
+            ..LodStats::default()
+        };
         return;
     }
     if index.is_changed() || !is_synchronised || !unindexed.is_empty() || choices.groups.has_loose() {
@@ -125,13 +132,15 @@ pub(super) fn choose_levels(
         groups: groups.len(),
         looked_at: levels.values().map(ViewLevels::looked_at).sum(),
         switched: levels.values().map(|levels| levels.switches().len()).sum(),
-        time: start.elapsed(),
+        follow: stats.follow,
+        choose: Duration::ZERO,
     };
     swapped.into_iter().for_each(|id| pending.note(id, Change::Displaced));
     if has_other_main {
         let swapped = groups.ids().filter(|&id| groups.is_swapped(id));
         swapped.for_each(|id| pending.note(id, Change::Displaced));
     }
+    stats.choose = phase.end();
 }
 
 /// Tells the observers of what has switched for a camera.

@@ -22,11 +22,12 @@ use bevy::{
 };
 
 use super::{
-    LodChoices, LodSettings,
+    LodChoices, LodSettings, LodStats,
     choices::LodView,
     groups::{GroupId, Groups},
     view_levels::{Switch, ViewLevels},
 };
+use crate::phase::phase;
 
 /// More than so many entities do not fade at a time: they switch at once.
 const MOST_FADING: usize = 1024;
@@ -68,8 +69,10 @@ pub(super) fn cross_fade(
     mut ranges: Query<&mut VisibilityRange>,
     mut choices: ResMut<LodChoices>,
     mut fades: ResMut<Fades>,
+    mut stats: ResMut<LodStats>,
     mut commands: Commands,
 ) {
+    let _phase = phase!("sightline/lod/choose").adds_to(&mut stats.choose);
     if settings.cross_fade == Duration::ZERO && fades.fades.is_empty() {
         return;
     }

@@ -1,5 +1,7 @@
 //! Following the groups: what they are, and what belongs to them.
 
+use std::time::Duration;
+
 use bevy::ecs::{
     change_detection::{ContiguousRef, Ref, ResMut},
     entity::{Entity, EntityHashSet},
@@ -13,12 +15,15 @@ use bevy::ecs::{
 use tracing::warn;
 
 use super::{
-    LodChoices, ProxyLod,
+    LodChoices, LodStats, ProxyLod,
     groups::{Family, Flaw, Group, GroupId, Groups},
     mesh_roots::give_back,
     place::Change,
 };
-use crate::index::{DetailLevel, ticks::Since};
+use crate::{
+    index::{DetailLevel, ticks::Since},
+    phase::phase,
+};
 
 /// What has changed since the last frame.
 #[derive(SystemParam)]
@@ -73,9 +78,12 @@ pub(super) fn follow_groups(
     entities: Query<(Option<&Children>, Option<&ChildOf>), Allow<Disabled>>,
     members: Query<&DetailLevel, Allow<Disabled>>,
     mut choices: ResMut<LodChoices>,
+    mut stats: ResMut<LodStats>,
     mut commands: Commands,
     mut buffers: Local<Buffers>,
 ) {
+    stats.follow = Duration::ZERO;
+    let _phase = phase!("sightline/lod/follow").adds_to(&mut stats.follow);
     let Buffers {
         found,
         restructured,

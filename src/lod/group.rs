@@ -35,7 +35,7 @@ use bevy::{
 /// # }
 /// ```
 #[derive(Component, Clone, Debug, PartialEq, Reflect)]
-#[reflect(Component, MapEntities, Debug, Clone, PartialEq)]
+#[reflect(Component, Default, MapEntities, Debug, Clone, PartialEq)]
 #[component(map_entities)]
 pub struct ProxyLod {
     /// The levels, from finest to coarsest.
@@ -120,6 +120,20 @@ pub enum LodHits {
     Shown,
 }
 
+impl Default for ProxyLod {
+    /// No levels: everything is shown. By the pixel, if some are added.
+    fn default() -> Self {
+        Self {
+            levels: Vec::new(),
+            metric: LodMetric::ONE_PIXEL,
+            reference: LodReference::default(),
+            bias: 1.0,
+            bounds: None,
+            hits: LodHits::default(),
+        }
+    }
+}
+
 impl ProxyLod {
     /// Begins with the finest level.
     pub fn new(metric: LodMetric, finest: impl Into<LodContent>) -> Self {
@@ -132,10 +146,7 @@ impl ProxyLod {
                 },
             }],
             metric,
-            reference: LodReference::default(),
-            bias: 1.0,
-            bounds: None,
-            hits: LodHits::default(),
+            ..Self::default()
         }
     }
 

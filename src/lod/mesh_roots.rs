@@ -17,12 +17,12 @@ use bevy::{
 };
 
 use super::{
-    LodChoices, LodHits,
+    LodChoices, LodHits, LodStats,
     groups::{Contents, Group, GroupId, MeshLevel},
     place::Change,
     streaming::StreamedMeshes,
 };
-use crate::index::SimplifiedMesh;
+use crate::{index::SimplifiedMesh, phase::phase};
 
 /// Takes back what an entity was given for its swapped meshes.
 pub(super) fn give_back(group: &Group, commands: &mut Commands) {
@@ -59,10 +59,12 @@ pub(super) fn bound_swapped(
     )>,
     streamed: Res<StreamedMeshes>,
     mut choices: ResMut<LodChoices>,
+    mut stats: ResMut<LodStats>,
     mut commands: Commands,
     mut meshes: Local<MeshBoxes>,
     mut due: Local<Vec<GroupId>>,
 ) {
+    let _phase = phase!("sightline/lod/follow").adds_to(&mut stats.follow);
     let LodChoices { groups, pending, .. } = choices.bypass_change_detection();
     let MeshBoxes { boxes, users } = &mut *meshes;
     for event in events.read() {

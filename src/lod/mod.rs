@@ -46,7 +46,6 @@
 mod await_meshes;
 mod choices;
 mod choose;
-mod diagnostics;
 mod eyes;
 mod fade;
 mod follow;
@@ -58,6 +57,7 @@ mod place;
 mod settings;
 #[cfg(feature = "simplify")]
 pub mod simplify;
+mod stats;
 mod streaming;
 mod swap;
 mod variants;
@@ -65,9 +65,9 @@ mod view_levels;
 
 pub use choices::LodChoices;
 pub(crate) use choices::LodView;
-pub use diagnostics::{LodDiagnosticsPlugin, LodStats};
 pub use group::{LodContent, LodHits, LodLevel, LodMetric, LodReference, ProxyLod};
 pub use settings::{LodBias, LodSettings};
+pub use stats::LodStats;
 pub use streaming::{LodStreamingSettings, LodStreamingStats};
 pub use variants::{LevelVariants, LevelVariantsPlugin};
 pub(crate) use view_levels::ViewLevels;
@@ -80,6 +80,7 @@ use bevy::{
         entity::Entity,
         event::EntityEvent,
         message::Messages,
+        reflect::ReflectEvent,
         schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
     },
     mesh::Mesh,
@@ -104,7 +105,7 @@ pub enum LodSystems {
 /// A view shows another level of a group than before. Not triggered for the first that it shows, and triggered wherever
 /// the group is: also out of sight, and where another stands in for it.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
-#[reflect(Debug, Clone, PartialEq)]
+#[reflect(Event, Debug, Clone, PartialEq)]
 pub struct LodSwapped {
     /// The root of the group.
     pub entity: Entity,

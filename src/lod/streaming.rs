@@ -18,10 +18,11 @@ use bevy::{
 use tracing::warn;
 
 use super::{
-    LodChoices,
+    LodChoices, LodStats,
     groups::{Contents, GroupId, MeshLevel},
     place::Change,
 };
+use crate::phase::phase;
 
 /// So many groups are looked at in a frame, in turn.
 const GROUPS_PER_FRAME: usize = 1024;
@@ -286,8 +287,10 @@ pub(super) fn stream_meshes(
     mut choices: ResMut<LodChoices>,
     mut meshes: ResMut<StreamedMeshes>,
     mut stats: ResMut<LodStreamingStats>,
+    mut lod_stats: ResMut<LodStats>,
     mut known: Local<u64>,
 ) {
+    let _phase = phase!("sightline/lod/choose").adds_to(&mut lod_stats.choose);
     let choices = choices.bypass_change_detection();
     let meshes = meshes.bypass_change_detection();
     if *known != choices.streaming_changes {

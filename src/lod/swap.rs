@@ -9,19 +9,22 @@ use bevy::{
 };
 
 use super::{
-    LodChoices, LodSwapped,
+    LodChoices, LodStats, LodSwapped,
     choices::LodView,
     groups::{Contents, MeshLevel},
     streaming::StreamedMeshes,
 };
+use crate::phase::phase;
 
 /// Gives entities the meshes that the main camera is to show, and triggers [`LodSwapped`] for them.
 pub(super) fn swap_meshes(
     mut meshes: Query<Option<&mut Mesh3d>>,
     streamed: Res<StreamedMeshes>,
     mut choices: ResMut<LodChoices>,
+    mut stats: ResMut<LodStats>,
     mut commands: Commands,
 ) {
+    let _phase = phase!("sightline/lod/choose").adds_to(&mut stats.choose);
     let LodChoices {
         groups,
         views,

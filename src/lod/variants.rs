@@ -11,9 +11,11 @@ use bevy::{
         entity::Entity,
         observer::On,
         query::{Changed, Or},
+        reflect::ReflectComponent,
         schedule::IntoScheduleConfigs,
         system::{Commands, Query},
     },
+    reflect::Reflect,
 };
 
 use super::{LodChoices, LodSwapped, LodSystems, ProxyLod};
@@ -34,7 +36,10 @@ use super::{LodChoices, LodSwapped, LodSystems, ProxyLod};
 /// ));
 /// # }
 /// ```
-#[derive(Component, Clone, Debug, PartialEq, Eq)]
+///
+/// For scenes and tools, register it with your type: `app.register_type::<LevelVariants<MyMaterial>>()`.
+#[derive(Component, Clone, Debug, PartialEq, Eq, Reflect)]
+#[reflect(Component, Clone)]
 pub struct LevelVariants<C: Component + Clone>(pub Vec<C>);
 
 /// Gives entities with [`LevelVariants`] those of the level that they show.

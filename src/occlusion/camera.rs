@@ -1,5 +1,7 @@
 //! Cameras that do not see what is hidden.
 
+use std::ops::AddAssign;
+
 use bevy::{
     ecs::{component::Component, reflect::ReflectComponent},
     math::UVec2,
@@ -68,6 +70,8 @@ pub struct NoOcclusionCulling;
 
 /// What hides things from a camera, as of the last frame in which something changed. On every camera with
 /// [`SoftwareOcclusion`], and empty without that.
+///
+/// Not reflected, for it is drawn anew where a scene is loaded; its figures are: [`OcclusionStats`].
 #[derive(Component, Debug, Default)]
 pub struct OcclusionBuffer {
     pub(super) depth: MaskedDepthBuffer,
@@ -107,4 +111,14 @@ pub struct OcclusionStats {
     /// The entities that were passed over: hidden themselves, or in a node of the tree that is. Of such a node some may be
     /// beside the view.
     pub hidden: usize,
+}
+
+impl AddAssign for OcclusionStats {
+    fn add_assign(&mut self, other: Self) {
+        self.occluders += other.occluders;
+        self.triangles += other.triangles;
+        self.over_budget += other.over_budget;
+        self.tested += other.tested;
+        self.hidden += other.hidden;
+    }
 }

@@ -27,7 +27,7 @@ use smallvec::SmallVec;
 use tracing::warn;
 
 use super::{
-    Occluder, OccluderRefusal, OccluderSettings, OccluderShape, Occluders,
+    Occluder, OccluderRefusal, OccluderSettings, OccluderShape, OccluderStats, Occluders,
     occluders::{Active, Record},
     shapes::{Form, ShapeKey, Shapes, Sources},
 };
@@ -37,6 +37,7 @@ use crate::{
         MeshBvhs,
         ticks::{Since, added, changed, ones},
     },
+    phase::phase,
 };
 
 /// What decides whether and how an entity occludes, with the times of the changes.
@@ -164,8 +165,10 @@ pub(super) fn follow_occluders(
     bvhs: Res<MeshBvhs>,
     settings: Res<OccluderSettings>,
     mut occluders: ResMut<Occluders>,
+    mut stats: ResMut<OccluderStats>,
     mut dirty: Local<Vec<Entity>>,
 ) {
+    let phase = phase!("sightline/occlusion/follow");
     let quietly = occluders.bypass_change_detection();
     let version = quietly.version();
     changes.find(&items, quietly, &mut dirty);
@@ -180,6 +183,7 @@ pub(super) fn follow_occluders(
     quietly.shapes.collect_made(&mut dirty);
     dirty.sort_unstable();
     dirty.dedup();
+    let mut reconciled = dirty.len();
 
     let mut follower = Follower {
         occluders: quietly,
@@ -194,6 +198,7 @@ pub(super) fn follow_occluders(
     // Entities may come and go in ways of which nothing tells: by a component that disables them.
     if follower.occluders.known() != items.iter().len() {
         dirty.extend(follower.occluders.all_known());
+        reconciled += dirty.len() + items.iter().len();
         for entity in dirty.drain(..) {
             follower.reconcile(entity, items.get(entity).ok());
         }
@@ -201,7 +206,15 @@ pub(super) fn follow_occluders(
             follower.reconcile(item.name.entity, Some(item));
         }
     }
-    if quietly.version() != version {
+    let is_changed = quietly.version() != version;
+    *stats = OccluderStats {
+        occluders: quietly.len(),
+        refused: quietly.refused().len(),
+        making: quietly.making(),
+        reconciled,
+        follow: phase.end(),
+    };
+    if is_changed {
         occluders.set_changed();
     }
 }

@@ -60,18 +60,18 @@
 //! is never left out either: the index knows the other thing.
 
 mod camera;
-mod diagnostics;
 mod follow;
 mod hide;
 mod occluder;
 mod occluders;
 mod shapes;
+mod stats;
 
 pub use camera::{NoOcclusionCulling, OcclusionBudget, OcclusionBuffer, OcclusionStats, SoftwareOcclusion};
-pub use diagnostics::OcclusionDiagnosticsPlugin;
 pub(crate) use hide::{Surroundings, Viewpoint};
 pub use occluder::{Occluder, OccluderSettings};
 pub use occluders::{OccluderRefusal, OccluderShape, Occluders};
+pub use stats::OccluderStats;
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
@@ -97,8 +97,10 @@ impl Plugin for OcclusionPlugin {
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<Occluders>()
             .init_resource::<OccluderSettings>()
+            .init_resource::<OccluderStats>()
             .register_type::<Occluder>()
             .register_type::<OccluderSettings>()
+            .register_type::<OccluderStats>()
             .register_type::<NoOcclusionCulling>()
             .register_type::<SoftwareOcclusion>()
             .configure_sets(

@@ -60,6 +60,8 @@ pub enum OccluderRefusal {
 
 /// The entities that hide what is behind them, as of the last
 /// [`FollowOccluders`](super::OcclusionSystems::FollowOccluders).
+///
+/// Not reflected, for all of it is made of components and assets.
 #[derive(Resource, Debug, Default)]
 pub struct Occluders {
     /// By the index of the entity in the world.

@@ -18,11 +18,13 @@
 //! }
 //! ```
 
+use std::time::Duration;
+
 use bevy::{
     app::{App, Plugin, PreUpdate},
     camera::{Camera, visibility::RenderLayers},
     ecs::{
-        change_detection::Res,
+        change_detection::{Res, ResMut},
         entity::Entity,
         message::MessageWriter,
         query::Has,
@@ -43,6 +45,7 @@ use tracing::warn;
 use crate::{
     index::{DetailLevel, QueryVisibility, RayHit, SceneQuery, SceneQuerySettings, SpatialIndexPlugin},
     lod::LodChoices,
+    phase::phase,
 };
 
 /// What [`SpatialPickingPlugin`] does differently from Bevy's `MeshPickingPlugin`; what the two have in common is in
@@ -58,6 +61,19 @@ pub struct SpatialPickingSettings {
     pub report_blocked: bool,
 }
 
+/// What picking did in the last frame, and how long it took.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct SpatialPickingStats {
+    /// The rays that were cast: one for each pointer and camera that it is over.
+    pub rays: usize,
+    /// The hits that were reported.
+    pub hits: usize,
+    /// The time that it took.
+    pub time: Duration,
+}
+
 /// Picks meshes with the pointer. Add it in place of `MeshPickingPlugin`; adds [`SpatialIndexPlugin`] by itself.
 ///
 /// Needs Bevy's `DefaultPickingPlugins`, which are among its `DefaultPlugins`; does nothing without them.
@@ -69,7 +85,9 @@ impl Plugin for SpatialPickingPlugin {
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<MeshPickingSettings>()
             .init_resource::<SpatialPickingSettings>()
+            .init_resource::<SpatialPickingStats>()
             .register_type::<SpatialPickingSettings>()
+            .register_type::<SpatialPickingStats>()
             .add_systems(
                 PreUpdate,
                 update_hits
@@ -95,9 +113,12 @@ pub fn update_hits(
     levels: Query<&DetailLevel>,
     lods: Option<Res<LodChoices>>,
     scene: SceneQuery,
+    mut stats: ResMut<SpatialPickingStats>,
     mut hits: Local<Vec<RayHit>>,
     mut pointer_hits: MessageWriter<PointerHits>,
 ) {
+    let phase = phase!("sightline/picking/backend");
+    let (mut cast, mut reported) = (0, 0);
     for (id, ray) in rays.iter() {
         let Ok((camera, is_marked, layers)) = cameras.get(id.camera) else {
             continue;
@@ -127,12 +148,19 @@ pub fn update_hits(
             })
             .filter(&is_candidate);
         scene.cast_ray_until(*ray, &query, blocks, &mut hits);
+        cast += 1;
+        reported += hits.len();
 
         if !hits.is_empty() {
             let picks = hits.iter().map(|hit| (hit.entity, hit_data(id.camera, hit)));
             pointer_hits.write(PointerHits::new(id.pointer, picks.collect(), camera.order as f32));
         }
     }
+    *stats = SpatialPickingStats {
+        rays: cast,
+        hits: reported,
+        time: phase.end(),
+    };
 }
 
 fn hit_data(camera: Entity, hit: &RayHit) -> HitData {

@@ -22,13 +22,18 @@ use bevy::{
 use smallvec::SmallVec;
 use tracing::warn;
 
-use super::{AlphaTest, SpriteIndexSettings, layout::SpriteLayout, mask::AlphaMask, surface::SpriteSurface};
+use super::{
+    AlphaTest, SpriteIndexSettings, SpriteIndexStats, layout::SpriteLayout, mask::AlphaMask, surface::SpriteSurface,
+};
 use crate::{
     geometry::surface::Surface,
     index::{DerivedShape, PickShape},
+    phase::phase,
 };
 
 /// Which pixels can be hit, of all images that sprites use.
+///
+/// Not reflected, for all of it is made of components and assets.
 #[derive(Resource, Debug, Default)]
 pub struct SpriteMasks {
     images: HashMap<AssetId<Image>, ImageMasks>,
@@ -121,9 +126,12 @@ pub(super) fn follow_sprites(
     images: Res<Assets<Image>>,
     layouts: Res<Assets<TextureAtlasLayout>>,
     mut masks: ResMut<SpriteMasks>,
+    mut stats: ResMut<SpriteIndexStats>,
     mut dirty: Local<Vec<Entity>>,
 ) {
+    let phase = phase!("sightline/sprite/follow");
     changes.find(&mut masks, &mut dirty);
+    let reconciled = dirty.len();
     let mut new = Vec::new();
     for entity in dirty.drain(..) {
         let item = drawn.get(entity).ok();
@@ -159,6 +167,11 @@ pub(super) fn follow_sprites(
     if !new.is_empty() {
         commands.try_insert_batch(new);
     }
+    *stats = SpriteIndexStats {
+        sprites: masks.sprites.len(),
+        reconciled,
+        follow: phase.end(),
+    };
 }
 
 impl SpriteMasks {

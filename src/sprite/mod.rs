@@ -42,6 +42,7 @@ mod follow;
 mod layout;
 mod mask;
 mod replace;
+mod stats;
 mod surface;
 
 use bevy::{
@@ -57,6 +58,7 @@ use bevy::{
 };
 
 pub use follow::SpriteMasks;
+pub use stats::SpriteIndexStats;
 
 use crate::index::{SpatialIndexPlugin, SpatialIndexSystems};
 
@@ -94,9 +96,11 @@ impl Plugin for SpriteIndexPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<SpriteIndexSettings>()
+            .init_resource::<SpriteIndexStats>()
             .init_resource::<SpriteMasks>()
             .register_type::<AlphaTest>()
             .register_type::<SpriteIndexSettings>()
+            .register_type::<SpriteIndexStats>()
             .add_systems(
                 PostUpdate,
                 follow::follow_sprites

@@ -3,7 +3,6 @@
 mod cameras;
 mod changes;
 mod city;
-mod diagnostics;
 mod exact;
 mod occluders;
 mod proof;

@@ -32,6 +32,7 @@ use crate::{
     index::{MeshBvhs, SpatialIndex},
     lod::LodChoices,
     occlusion::{OccluderShape, Occluders},
+    phase::phase,
 };
 
 /// The systems that draw are there.
@@ -66,9 +67,11 @@ pub(super) fn draw_all(
     mut gizmos: Gizmos<SightlineGizmos>,
 ) {
     *stats = SightlineGizmoStats::default();
-    if !gizmos.config.enabled {
+    let is_anything_on = gizmos.config_ext.is_any_on() || !shown.is_empty();
+    if !(gizmos.config.enabled && is_anything_on) {
         return;
     }
+    let phase = phase!("sightline/gizmos/draw");
     let config = gizmos.config_ext;
     let views = world.cameras.views(&gizmos.config.render_layers);
     if config.nodes {
@@ -115,6 +118,7 @@ pub(super) fn draw_all(
         stats.entities = draw_entities(&world, &views, &shown, &mut wanted, &mut gizmos);
     }
     seen.clear();
+    stats.draw = phase.end();
 }
 
 fn cells<'a>(config: &'a SightlineGizmos, views: &'a Views) -> Cells<'a> {

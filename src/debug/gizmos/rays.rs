@@ -11,7 +11,10 @@ use bevy::{
 };
 
 use super::{DrawStructures, SightlineGizmoStats, SightlineGizmos, nearest::Nearest};
-use crate::index::{SceneQuery, SceneQuerySettings};
+use crate::{
+    index::{SceneQuery, SceneQuerySettings},
+    phase::phase,
+};
 
 /// The lines of a ray with a hit: the ray, the normal, a cross and a triangle.
 const RAY_LINES: usize = 8;
@@ -27,6 +30,7 @@ pub(super) fn draw_pointer_rays(
     let Some(rays) = rays.filter(|_| gizmos.config.enabled && gizmos.config_ext.rays) else {
         return;
     };
+    let phase = phase!("sightline/gizmos/draw");
     let mut all = Nearest::new(gizmos.config_ext.limit, RAY_LINES);
     rays.iter().for_each(|(id, ray)| all.offer(0.0, (id.camera, *ray)));
     stats.rays = all.draw(|(camera, ray), left| {
@@ -38,4 +42,5 @@ pub(super) fn draw_pointer_rays(
         gizmos.ray_hit(ray, scene.cast_ray(ray, &settings).as_ref());
         Some(RAY_LINES)
     });
+    stats.draw += phase.end();
 }

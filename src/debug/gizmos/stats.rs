@@ -1,5 +1,7 @@
 //! What was drawn.
 
+use std::time::Duration;
+
 use bevy::{
     ecs::{reflect::ReflectResource, resource::Resource},
     reflect::{Reflect, std_traits::ReflectDefault},
@@ -39,4 +41,27 @@ pub struct SightlineGizmoStats {
     pub lods: GizmoCount,
     /// All that was drawn for single entities.
     pub entities: GizmoCount,
+    /// The time that it took.
+    pub draw: Duration,
+}
+
+impl SightlineGizmoStats {
+    /// Everything together.
+    pub fn total(&self) -> GizmoCount {
+        let all = [
+            self.nodes,
+            self.cells,
+            self.leaves,
+            self.volumes,
+            self.frusta,
+            self.occluders,
+            self.rays,
+            self.lods,
+            self.entities,
+        ];
+        all.into_iter().fold(GizmoCount::default(), |total, count| GizmoCount {
+            drawn: total.drawn + count.drawn,
+            left_out: total.left_out + count.left_out,
+        })
+    }
 }

@@ -16,6 +16,7 @@ use bevy::{
     math::bounding::Aabb3d,
     mesh::Mesh,
     platform::collections::{HashMap, HashSet},
+    reflect::Reflect,
 };
 
 use super::{MeshSettings, mesh_slot::MeshSlot};
@@ -40,6 +41,8 @@ use crate::{
 /// - **Short of memory** ([`MeshSettings::memory_budget`]), the hierarchies are dropped that no ray came near for longest,
 ///   but not their triangles. A ray that enters the box of an entity has that of its mesh built again.
 /// - **Without an entity that uses it** a mesh is dropped after a second's worth of frames, and with its asset at once.
+///
+/// Not reflected: all of it is made of the assets, and made again where a scene is loaded.
 #[derive(Resource, Debug)]
 pub struct MeshBvhs {
     slots: HashMap<AssetId<Mesh>, MeshSlot>,
@@ -58,7 +61,8 @@ pub struct MeshBvhs {
 }
 
 /// How far the hierarchy of a mesh has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Debug, Clone, PartialEq, Hash)]
 #[non_exhaustive]
 pub enum MeshStatus {
     /// The asset is not loaded, or gone. Rays hit nothing.
@@ -92,6 +96,16 @@ impl MeshBvhs {
     /// How far the hierarchy of a mesh has come, or `None` if no indexed entity uses it or has used it of late.
     pub fn status(&self, id: impl Into<AssetId<Mesh>>) -> Option<MeshStatus> {
         self.slots.get(&id.into()).map(MeshSlot::status)
+    }
+
+    /// The number of meshes that indexed entities use, or have used of late.
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
     }
 
     /// Of how many meshes the hierarchy or a bounding volume is being built.
@@ -203,6 +217,11 @@ impl MeshBvhs {
             None => slot.unload(),
         }
         self.note_build(id);
+    }
+
+    /// All meshes that are here.
+    pub(super) fn known(&self) -> impl Iterator<Item = AssetId<Mesh>> + '_ {
+        self.slots.keys().copied()
     }
 
     /// Whether there is anything for [`drain_changed`](Self::drain_changed) to give.

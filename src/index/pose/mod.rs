@@ -37,6 +37,8 @@ const LEAST_POSES: usize = 128;
 ///
 /// An entity is skinned if it has a `SkinnedMesh` and the mesh that rays hit has joint indices and weights, and morphed
 /// if it has `MeshMorphWeights` and that mesh has morph targets.
+///
+/// Not reflected, for all of it is made of components and assets.
 #[derive(Resource, Debug, Default)]
 pub struct PosedMeshes {
     poses: Vec<Option<PosedEntity>>,

@@ -26,6 +26,8 @@ use crate::{
 /// [`SpatialIndexSystems::Sync`](super::SpatialIndexSystems::Sync).
 ///
 /// Ask it through [`SceneQuery`](super::SceneQuery); what is here is for tools and tests.
+///
+/// Not reflected, for all of it is made of the components of entities; its figures are: see [`stats`](Self::stats).
 #[derive(Resource, Debug)]
 pub struct SpatialIndex {
     tree: AabbTree<Key>,
@@ -171,6 +173,12 @@ impl SpatialIndex {
     /// A world box around everything in the index, or `None` if it is empty.
     pub fn bounds(&self) -> Option<Aabb3d> {
         self.tree.bounds()
+    }
+
+    /// All entities that are here, or are left out because of bad data.
+    pub(super) fn known(&self) -> impl Iterator<Item = Entity> + '_ {
+        let tenants = self.tenants.iter().filter(|tenant| !tenant.is_gone());
+        tenants.map(|tenant| tenant.entity).chain(self.refused.keys().copied())
     }
 
     /// The entities that are left out because of bad data, and why.

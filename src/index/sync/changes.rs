@@ -9,6 +9,7 @@ use bevy::{
     },
     ecs::{
         change_detection::{ContiguousRef, Ref, Tick},
+        component::Component,
         entity::Entity,
         entity_disabling::Disabled,
         lifecycle::RemovedComponents,
@@ -275,6 +276,33 @@ pub(in crate::index) struct Removed<'w, 's> {
 }
 
 impl Removed<'_, '_> {
+    /// Whether Bevy has forgotten some of them before they could be read, after a pause of some frames.
+    pub fn has_missed_some(&self) -> bool {
+        fn misses<T: Component>(removed: &RemovedComponents<T>) -> bool {
+            let cursor = removed.reader();
+            removed
+                .messages()
+                .is_some_and(|messages| cursor.missed_messages(messages) > 0)
+        }
+        misses(&self.transform)
+            || misses(&self.aabb)
+            || misses(&self.mesh_2d)
+            || misses(&self.mesh_3d)
+            || misses(&self.simplified_mesh)
+            || misses(&self.shape)
+            || misses(&self.derived)
+            || misses(&self.bounded_by)
+            || misses(&self.hit_surface)
+            || misses(&self.visibility)
+            || misses(&self.layers)
+            || misses(&self.backfaces)
+            || misses(&self.skin)
+            || misses(&self.morph_weights)
+            || misses(&self.no_spatial_index)
+            || misses(&self.level)
+            || misses(&self.disabled)
+    }
+
     /// Those entities, some of them several times.
     pub fn read(&mut self) -> impl Iterator<Item = Entity> + '_ {
         (self.transform.read())

@@ -10,14 +10,12 @@
 mod changes;
 mod reconcile;
 
-use std::time::Instant;
-
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},
     ecs::{
         change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
         entity::Entity,
-        message::MessageReader,
+        message::{MessageCursor, Messages},
         system::{Local, Query},
     },
     mesh::Mesh,
@@ -26,11 +24,14 @@ use bevy::{
 };
 
 use super::{
-    MeshBvhs, PosedMeshes, SpatialIndex, SpatialIndexSettings, SyncStats,
+    MeshBvhs, PosedMeshes, PosingStats, SpatialIndex, SpatialIndexSettings, SyncStats,
     pose::PoseInputs,
     spatial_index::{Contents, Moves},
 };
-use crate::spatial::{SpatialQueries, UniformGrid, aabb_tree::Rebuilt};
+use crate::{
+    phase::phase,
+    spatial::{SpatialQueries, UniformGrid, aabb_tree::Rebuilt},
+};
 pub(super) use changes::Found;
 use changes::{Changes, Removed};
 use reconcile::{BoundedByMesh, Indexed, Reconciler};
@@ -41,17 +42,21 @@ const LEAST_BESIDE: usize = 2048;
 
 /// Follows mesh assets that are loaded, modified and removed, and keeps their hierarchies.
 pub(super) fn follow_mesh_assets(
-    mut events: MessageReader<AssetEvent<Mesh>>,
+    events: Res<Messages<AssetEvent<Mesh>>>,
+    mut events_read: Local<MessageCursor<AssetEvent<Mesh>>>,
     assets: Res<Assets<Mesh>>,
     settings: Res<SpatialIndexSettings>,
     mut meshes: ResMut<MeshBvhs>,
+    mut stats: ResMut<SyncStats>,
 ) {
+    let phase = phase!("sightline/index/meshes");
     // To count frames is no change for those who watch the meshes.
     let quietly = meshes.bypass_change_detection();
     quietly.begin_frame(settings.meshes);
     // An asset that has changed several times is looked at once, as it is now.
-    let changed: HashSet<AssetId<Mesh>> = events
-        .read()
+    let has_missed_some = events_read.missed_messages(&events) > 0;
+    let mut changed: HashSet<AssetId<Mesh>> = events_read
+        .read(&events)
         .filter_map(|event| match *event {
             AssetEvent::Added { id }
             | AssetEvent::Modified { id }
@@ -60,6 +65,9 @@ pub(super) fn follow_mesh_assets(
             AssetEvent::LoadedWithDependencies { .. } => None,
         })
         .collect();
+    if has_missed_some {
+        changed.extend(quietly.known());
+    }
     let mut has_changed = !changed.is_empty();
     for id in changed {
         quietly.follow(id, &assets);
@@ -68,12 +76,15 @@ pub(super) fn follow_mesh_assets(
     if has_changed {
         meshes.set_changed();
     }
+    stats.meshes = phase.end();
 }
 
 /// What [`follow_entities`] keeps from frame to frame.
 #[derive(Default)]
 pub(super) struct Memory {
     bounded_by_mesh: BoundedByMesh,
+    /// What was posed for rays until the last frame.
+    posed_for_rays: PosingStats,
     /// Buffers, kept for their memory.
     parts: Vec<Found>,
     moves: Moves,
@@ -95,9 +106,10 @@ pub(super) fn follow_entities(
     mut stats: ResMut<SyncStats>,
     mut memory: Local<Memory>,
 ) {
-    let start = Instant::now();
+    let phase = phase!("sightline/index/sync");
     let Memory {
         bounded_by_mesh,
+        posed_for_rays,
         parts,
         moves,
         dirty,
@@ -113,13 +125,15 @@ pub(super) fn follow_entities(
             );
         }
     }
+    let find = phase!("sightline/index/find");
     inputs.read_events();
     changes.find(&index, parts);
     let changed_alone: usize = parts.iter().map(|found| found.dirty.len()).sum();
-    let posing = Instant::now();
+    let posing = phase!("sightline/index/posing");
     let quietly = poses.bypass_change_detection();
     quietly.follow(&inputs, &index, &meshes, settings.posed_meshes_kept, parts);
-    let posing = posing.elapsed();
+    let posing = posing.end();
+    let posed_before = std::mem::replace(posed_for_rays, quietly.stats());
     let mut posed = 0;
     for found in parts {
         moves.append(&mut found.moves);
@@ -128,6 +142,12 @@ pub(super) fn follow_entities(
     }
     if posed > 0 {
         poses.set_changed();
+    }
+    // After a long pause: whatever is or was there is looked at.
+    if removed.has_missed_some() {
+        dirty.extend(index.known());
+        dirty.extend(bounded_by_mesh.entities());
+        dirty.extend(entities.iter().map(|item| item.entity()));
     }
     dirty.extend(removed.read());
     dirty.extend(inputs.newly_posed());
@@ -144,7 +164,10 @@ pub(super) fn follow_entities(
         reconciled: dirty.len(),
         posed,
         posing,
-        find: start.elapsed(),
+        posed_for_rays: posed_for_rays.meshes.saturating_sub(posed_before.meshes) as usize,
+        posing_for_rays: posed_for_rays.time.saturating_sub(posed_before.time),
+        meshes: std::mem::take(&mut stats.meshes),
+        find: find.end(),
         ..SyncStats::default()
     };
 
@@ -165,15 +188,15 @@ pub(super) fn follow_entities(
                 reconciler.reconcile(entity, entities.get(entity).ok());
             }
         }
-        let structures = Instant::now();
+        let structures = phase!("sightline/index/structures");
         index.apply_moves(moves);
         if !new.is_empty() {
             index.insert_many(new);
         }
-        stats.structures = structures.elapsed();
+        stats.structures = structures.end();
     }
     index.bypass_change_detection().note_sync(dirty);
-    stats.total = start.elapsed();
+    stats.total = phase.end();
 }
 
 /// Keeps queries fast, as far as there is anything to mend: a large tree is built anew beside its use.
@@ -182,7 +205,7 @@ pub(super) fn optimize(
     mut stats: ResMut<SyncStats>,
     mut rebuilding: Local<Option<Task<Rebuilt>>>,
 ) {
-    let start = Instant::now();
+    let phase = phase!("sightline/index/optimize");
     // What has not changed for queries has not changed for those who watch the index.
     let tree = index.bypass_change_detection().tree_mut();
     if let Some(task) = &mut *rebuilding {
@@ -201,5 +224,5 @@ pub(super) fn optimize(
             *rebuilding = Some(pool.spawn(async move { rebuild.run() }));
         }
     }
-    stats.optimize = start.elapsed();
+    stats.optimize = phase.end();
 }

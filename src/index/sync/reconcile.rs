@@ -57,6 +57,12 @@ pub(in crate::index) struct Indexed {
     is_left_out: Has<NoSpatialIndex>,
 }
 
+impl IndexedItem<'_, '_> {
+    pub fn entity(&self) -> Entity {
+        self.name.entity
+    }
+}
+
 /// The entities whose box comes from a mesh asset rather than from an `Aabb`, alone or posed, or would if it were loaded.
 #[derive(Default)]
 pub(super) struct BoundedByMesh {
@@ -83,6 +89,10 @@ impl BoundedByMesh {
                 self.entities.remove(&mesh);
             }
         }
+    }
+
+    pub fn entities(&self) -> impl Iterator<Item = Entity> + '_ {
+        self.mesh_of.keys().copied()
     }
 
     pub fn of(&self, mesh: AssetId<Mesh>) -> impl Iterator<Item = Entity> + '_ {
@@ -168,7 +178,7 @@ impl Reconciler<'_> {
         }
     }
 
-    /// Takes out an entity of an earlier generation, whose end was missed: it has to be heard of within two frames.
+    /// Takes out an entity of an earlier generation, of whose end nothing has been heard yet.
     fn evict_namesake(&mut self, entity: Entity) {
         if let Some(namesake) = self.index.namesake(entity) {
             self.reconcile(namesake, None);

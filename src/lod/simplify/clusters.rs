@@ -23,7 +23,7 @@ use bevy::{
 use tracing::warn;
 
 use super::{
-    ClusterMaterials, ClusterProxy, ProxyFailed, ProxyReady, Simplifier, SimplifyError,
+    ClusterMaterials, ClusterProxy, ProxyFailed, ProxyReady, ProxyStats, Simplifier, SimplifyError,
     auto_proxy::filled,
     gather::Block,
     job::{Job, most_jobs},
@@ -33,6 +33,7 @@ use super::{
 };
 use crate::{
     lod::{LodMetric, ProxyLod},
+    phase::phase,
     spatial::BuildProgress,
 };
 
@@ -104,7 +105,9 @@ pub(super) fn follow_clusters(
     changed: Query<Entity, Changed<ClusterProxy>>,
     all: Query<Has<ClusterProxy>>,
     mut removed: RemovedComponents<ClusterProxy>,
+    mut stats: ResMut<ProxyStats>,
 ) {
+    let _phase = phase!("sightline/simplify/make").adds_to(&mut stats.make);
     for entity in removed.read() {
         match all.get(entity) {
             Ok(true) => {}
@@ -131,6 +134,7 @@ pub(super) fn clusters_are_pending(clusters: Res<ClusterProxies>) -> bool {
 
 /// Makes proxies of blocks that are loaded, and puts up those that are there.
 pub(super) fn make_clusters(world: &mut World) {
+    let phase = phase!("sightline/simplify/make");
     world.resource_scope(|world, mut clusters: Mut<ClusterProxies>| {
         let is_making = |cluster: &&Cluster| matches!(cluster.state, State::Making { .. });
         let mut free = most_jobs().saturating_sub(clusters.clusters.values().filter(is_making).count());
@@ -149,6 +153,7 @@ pub(super) fn make_clusters(world: &mut World) {
             }
         }
     });
+    world.resource_mut::<ProxyStats>().make += phase.end();
 }
 
 impl Cluster {

@@ -9,6 +9,8 @@ use bevy::ecs::{
 };
 
 /// The components that tell parts of a block apart, and that their proxies get: materials.
+///
+/// Not reflected, for it is made of code for these types.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct ClusterMaterials {
     kinds: Vec<Kind>,

@@ -52,7 +52,7 @@ pub use deviation::{Deviation, DeviationSettings};
 pub use error::{SimplifyError, SimplifyTarget};
 pub use materials::ClusterMaterials;
 pub use merge::merge_meshes;
-pub use progress::{ProxyFailed, ProxyProgress, ProxyReady};
+pub use progress::{ProxyFailed, ProxyProgress, ProxyReady, ProxyStats};
 pub use simplifier::{Simplified, Simplifier};
 
 use bevy::{
@@ -112,9 +112,11 @@ impl Plugin for AutoProxyPlugin {
             .init_resource::<AutoProxies>()
             .init_resource::<ClusterProxies>()
             .init_resource::<ProxyProgress>()
+            .init_resource::<ProxyStats>()
             .register_type::<AutoProxy>()
             .register_type::<ClusterProxy>()
             .register_type::<ProxyProgress>()
+            .register_type::<ProxyStats>()
             .register_type::<ProxyReady>()
             .configure_sets(
                 PostUpdate,

@@ -1,17 +1,20 @@
 //! How far the making of proxies has come.
 
+use std::time::Duration;
+
 use bevy::{
     ecs::{
         change_detection::{DetectChangesMut, Res, ResMut},
         entity::Entity,
         event::EntityEvent,
-        reflect::ReflectResource,
+        reflect::{ReflectEvent, ReflectResource},
         resource::Resource,
     },
     reflect::{Reflect, std_traits::ReflectDefault},
 };
 
 use super::{SimplifyError, clusters::ClusterProxies, proxies::AutoProxies};
+use crate::phase::phase;
 
 /// How many proxies are done of how many, for a loading bar.
 ///
@@ -39,11 +42,21 @@ impl ProxyProgress {
     }
 }
 
+/// What [`AutoProxySystems::Make`](super::AutoProxySystems::Make) took in the last frame, beside what is made in the
+/// background.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ProxyStats {
+    /// The time that it took.
+    pub make: Duration,
+}
+
 /// The proxies of an entity with [`AutoProxy`](super::AutoProxy) or [`ClusterProxy`](super::ClusterProxy) are there.
 ///
 /// Triggered again when the component is changed, or what was made is made anew.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
-#[reflect(Debug, Clone, PartialEq)]
+#[reflect(Event, Debug, Clone, PartialEq)]
 pub struct ProxyReady {
     /// The root of the group.
     pub entity: Entity,
@@ -54,6 +67,8 @@ pub struct ProxyReady {
 
 /// There are no proxies for an entity with [`AutoProxy`](super::AutoProxy) or [`ClusterProxy`](super::ClusterProxy),
 /// which stays as it is.
+///
+/// Not reflected, for its error tells of formats of vertices, which are not.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq)]
 pub struct ProxyFailed {
     /// The entity.
@@ -76,7 +91,9 @@ pub(super) fn count_progress(
     proxies: Res<AutoProxies>,
     clusters: Res<ClusterProxies>,
     mut progress: ResMut<ProxyProgress>,
+    mut stats: ResMut<ProxyStats>,
 ) {
+    let _phase = phase!("sightline/simplify/make").adds_to(&mut stats.make);
     let mut now = ProxyProgress::default();
     let mut work = 0.0;
     for stage in proxies.stages().chain(clusters.stages()) {

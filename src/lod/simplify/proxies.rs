@@ -1,6 +1,6 @@
 //! Making levels of meshes, and handing them to entities.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use bevy::{
     asset::{AssetEvent, AssetId, AssetServer, Assets, Handle, LoadState},
@@ -19,12 +19,15 @@ use bevy::{
 use tracing::warn;
 
 use super::{
-    AutoProxy, MeshChain, ProxyFailed, ProxyReady, SimplifyError, SimplifyTarget,
+    AutoProxy, MeshChain, ProxyFailed, ProxyReady, ProxyStats, SimplifyError, SimplifyTarget,
     auto_proxy::filled,
     job::{Job, most_jobs},
     progress::Stage,
 };
-use crate::lod::{LodContent, LodMetric, ProxyLod};
+use crate::{
+    lod::{LodContent, LodMetric, ProxyLod},
+    phase::phase,
+};
 
 /// The levels of all meshes that entities with [`AutoProxy`] use.
 #[derive(Resource, Debug, Default)]
@@ -159,8 +162,11 @@ pub(super) fn follow_users(
     meshes: Query<&Mesh3d, With<AutoProxy>>,
     mut without_proxy: RemovedComponents<AutoProxy>,
     mut without_mesh: RemovedComponents<Mesh3d>,
+    mut stats: ResMut<ProxyStats>,
     mut commands: Commands,
 ) {
+    stats.make = Duration::ZERO;
+    let _phase = phase!("sightline/simplify/make").adds_to(&mut stats.make);
     for entity in without_proxy.read().chain(without_mesh.read()) {
         if !meshes.contains(entity) {
             proxies.release(entity);
@@ -234,8 +240,10 @@ pub(super) fn make_levels(
     server: Option<Res<AssetServer>>,
     mut events: MessageReader<AssetEvent<Mesh>>,
     users: Query<(&AutoProxy, Option<&ProxyLod>)>,
+    mut stats: ResMut<ProxyStats>,
     mut commands: Commands,
 ) {
+    let _phase = phase!("sightline/simplify/make").adds_to(&mut stats.make);
     let proxies = &mut *proxies;
     let edited: HashSet<AssetId<Mesh>> = (events.read())
         .filter_map(|event| match event {
