@@ -78,7 +78,7 @@ pub mod prelude {
         },
         index::{
             Backfaces, BoundedBy, HitSurface, HitTriangle, MeshContact, NoSpatialIndex, PickShape, QueryVisibility,
-            RayHit, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
+            RayHit, RayTrace, SceneQuery, SceneQuerySettings, SpatialIndex, SpatialIndexPlugin, SpatialIndexSettings,
             SpatialIndexSystems, SweepHit,
         },
         lod::{

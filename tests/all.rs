@@ -26,6 +26,7 @@ mod picking;
 mod properties;
 mod query_modes;
 mod raster;
+mod ray_trace;
 mod regressions;
 mod scene_query;
 mod selection;

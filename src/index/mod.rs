@@ -70,6 +70,7 @@ mod stats;
 mod surface;
 mod sync;
 pub(crate) mod ticks;
+mod trace;
 mod triangles;
 mod views;
 
@@ -87,6 +88,7 @@ pub use settings::{MeshSettings, QueryVisibility, SceneQuerySettings, SpatialInd
 pub(crate) use spatial_index::Key;
 pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
 pub use stats::SyncStats;
+pub use trace::{EntityTest, EntityTrace, RayTrace};
 use views::CameraViews;
 pub(crate) use views::clip_from_view;
 

@@ -27,6 +27,14 @@ impl<'a> TrianglesRef<'a> {
         }
     }
 
+    /// Their hierarchy, if they have one.
+    pub fn hierarchy(self) -> Option<&'a MeshBvh> {
+        match self {
+            Self::Listed(_) => None,
+            Self::Hierarchy(bvh) => Some(bvh),
+        }
+    }
+
     /// The mesh with its triangles at `world_from_local`.
     pub fn placed(self, world_from_local: Affine3A) -> PlacedMesh<'a> {
         match self {

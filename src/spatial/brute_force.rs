@@ -1,13 +1,14 @@
 //! The oracle: a list of boxes, and every query a loop over it.
 
-use std::ops::ControlFlow;
+use std::{cell::Cell, ops::ControlFlow};
 
 use bevy::math::{Vec3A, bounding::Aabb3d};
 
 use super::{
-    LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, UnsoundBox, UpdateError, Visit,
+    LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, Trace, UnsoundBox, UpdateError, Visit,
     leaves::Leaves,
     region::{distance_squared, limit_squared},
+    trace::Recorder,
 };
 use crate::geometry::{
     aabb::{Aabb3dExt, union},
@@ -80,6 +81,24 @@ impl<K: Copy> SpatialQueries<K> for BruteForce<K> {
 
     fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) {
         self.visit_within(ray.t_max(), |aabb| ray.aabb_intersection_at(aabb), visit);
+    }
+
+    fn trace_ray(&self, ray: &Ray, mut visit: impl FnMut(K, f32) -> Visit) -> Trace<K> {
+        let mut recorder = Recorder::new(ray);
+        if let Some(bounds) = self.bounds() {
+            let all = recorder.enter(None, bounds, self.boxes().map(|(key, aabb)| (aabb, Some(key))));
+            let tested = Cell::new(bounds);
+            let test = |aabb: &Aabb3d| {
+                tested.set(*aabb);
+                ray.aabb_intersection_at(aabb)
+            };
+            self.visit_within(ray.t_max(), test, |key, at| {
+                let wish = visit(key, at);
+                recorder.visited((all, tested.get()), key, at, wish);
+                wish
+            });
+        }
+        recorder.finish()
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {

@@ -10,7 +10,8 @@
 //!
 //! A structure stores boxes and keys, and knows nothing about what is inside a box: the caller's closure decides
 //! whether a key whose box was met is a hit, and what a hit is. See [`SpatialQueries`] for what can be asked, and
-//! [`SpatialUpdates`] for what can be changed. All give the very same answers.
+//! [`SpatialUpdates`] for what can be changed. All give the very same answers; [`trace`] tells by which
+//! way.
 //!
 //! ```
 //! use bevy::math::{Vec3, Vec3A, bounding::{Aabb3d, BoundingSphere}};
@@ -141,6 +142,7 @@ pub mod query;
 pub mod region;
 pub(crate) mod simd;
 pub mod sweep;
+pub mod trace;
 pub(crate) mod traverse;
 pub mod uniform_grid;
 pub(crate) mod wide;
@@ -154,6 +156,7 @@ pub use octree::Octree;
 pub use query::{Descend, Neighbour, SpatialQueries, SpatialUpdates, Visit};
 pub use region::Region;
 pub use sweep::Sweep;
+pub use trace::{TestedBox, Trace, TraceStep, TracedLeaf, TracedNode};
 pub use uniform_grid::UniformGrid;
 
 use bevy::math::bounding::Aabb3d;

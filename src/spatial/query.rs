@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use bevy::math::{Vec3A, bounding::Aabb3d};
 
-use super::{LeafId, NoSuchLeaf, Region, Sweep, UnsoundBox, UpdateError};
+use super::{LeafId, NoSuchLeaf, Region, Sweep, Trace, UnsoundBox, UpdateError};
 use crate::geometry::ray::Ray;
 
 /// What a visitor wants of the rest of an ordered query.
@@ -68,6 +68,23 @@ pub trait SpatialQueries<K: Copy> {
     /// shortened to is still visited, so that ties do not depend on the structure.
     fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit);
 
+    /// Visits what [`visit_ray`](Self::visit_ray) visits, in that order, and tells the way: which nodes or cells were entered,
+    /// and which boxes tested there. Slow, and for those who want to look into a structure.
+    ///
+    /// ```
+    /// use bevy::math::{Vec3, bounding::Aabb3d};
+    /// use bevy_sightline::{geometry::ray::Ray, spatial::{AabbTree, SpatialQueries, SpatialUpdates}};
+    ///
+    /// let mut tree = AabbTree::new();
+    /// tree.insert_many((0..1000).map(|key| (key, Aabb3d::new(Vec3::X * key as f32 * 3.0, Vec3::ONE))));
+    ///
+    /// let ray = Ray::new(Vec3::new(30.0, 50.0, 0.0), Vec3::NEG_Y, f32::INFINITY).expect("a direction");
+    /// let (first, trace) = tree.trace_closest_box(&ray);
+    /// assert_eq!(first.map(|(key, _)| key), Some(10));
+    /// println!("{} nodes, and {} boxes in them", trace.nodes().count(), trace.boxes_tested());
+    /// ```
+    fn trace_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) -> Trace<K>;
+
     /// Visits every key whose box the moving shape touches, with the parameter at which it first does.
     ///
     /// In the order of [`visit_ray`](Self::visit_ray), and with its way to shorten.
@@ -117,6 +134,16 @@ pub trait SpatialQueries<K: Copy> {
         let mut closest = None;
         self.visit_ray(ray, |key, t| keep_first(&mut closest, key, t));
         closest
+    }
+
+    /// The [`closest_box`](Self::closest_box), and the way to it: see [`trace_ray`](Self::trace_ray).
+    fn trace_closest_box(&self, ray: &Ray) -> (Option<(K, f32)>, Trace<K>)
+    where
+        K: Ord,
+    {
+        let mut closest = None;
+        let trace = self.trace_ray(ray, |key, t| keep_first(&mut closest, key, t));
+        (closest, trace)
     }
 
     /// The first box that the moving shape touches, and the parameter at which it does. Of two at the same parameter

@@ -25,6 +25,11 @@ pub(crate) trait VisitLeaf {
 
     /// Brings close what a visit will read.
     fn prefetch(&self, leaf: u32);
+
+    /// Is told of each node whose children are met in order, before they are. For who [writes down](super::trace) the way;
+    /// nothing is compiled of it for others.
+    #[inline(always)]
+    fn enter(&mut self, _node: NodeIndex) {}
 }
 
 impl<F: FnMut(u32, f32) -> Visit> VisitLeaf for F {
@@ -130,6 +135,7 @@ impl<A: Approach, V: VisitLeaf> Task for InOrder<'_, A, V> {
         loop {
             match child {
                 Child::Node(node) => {
+                    self.visit.enter(node);
                     let node = &self.nodes[node as usize];
                     let (reached, met_at) = self.approach.meets(simd, node.into(), self.limit);
                     let mut met = reached & simd.with_any_bit(&node.masks, self.mask);

@@ -16,7 +16,7 @@
 
 mod operations;
 mod queries;
-mod scenes;
+pub mod scenes;
 
 use bevy::math::{Quat, Vec3, Vec3A, bounding::Aabb3d};
 use bevy_sightline::{

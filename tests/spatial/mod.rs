@@ -4,4 +4,5 @@ mod aabb_tree;
 mod differential;
 mod kd_tree;
 mod octree;
+mod trace;
 mod uniform_grid;

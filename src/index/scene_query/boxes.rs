@@ -16,7 +16,7 @@ use crate::{
         sweep::{AabbSweep, SphereSweep},
     },
     index::{SceneQuerySettings, spatial_index::Key},
-    spatial::{Neighbour, Region, SpatialQueries, Sweep, Visit},
+    spatial::{Neighbour, Region, SpatialQueries, Sweep, Trace, Visit},
 };
 
 /// The first contact of something that moves, in world space.
@@ -310,6 +310,10 @@ impl SpatialQueries<Entity> for Boxes<'_, '_, '_> {
 
     fn visit_ray(&self, ray: &Ray, visit: impl FnMut(Entity, f32) -> Visit) {
         self.tree().visit_ray(ray, self.visiting(visit));
+    }
+
+    fn trace_ray(&self, ray: &Ray, visit: impl FnMut(Entity, f32) -> Visit) -> Trace<Entity> {
+        self.tree().trace_ray(ray, self.visiting(visit)).map(|key| key.entity)
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(Entity, f32) -> Visit) {

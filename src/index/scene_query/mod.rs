@@ -6,6 +6,7 @@ mod mesh_contacts;
 mod pattern;
 mod rays;
 mod sight;
+mod trace;
 
 pub use boxes::SweepHit;
 pub(crate) use candidates::{Candidate, CandidateSurface, CandidateTriangles};

@@ -39,20 +39,10 @@ impl SceneQuery<'_, '_> {
 
     /// The nearest hit of a ray, with the parameter of the ray for the distance.
     pub(super) fn closest(&self, ray: &Ray, settings: &SceneQuerySettings) -> Option<RayHit> {
-        let mut rest = *ray;
-        let mut closest: Option<EntityHit> = None;
-        self.tree(settings).visit_ray(ray, |key, _| {
-            let Some(hit) = self.hit_surface(key, &rest, settings) else {
-                return Visit::Continue;
-            };
-            let precedes = closest.as_ref().is_none_or(|closest| hit.precedes(closest, ray));
-            if !precedes || !self.confirm(key.entity, settings) {
-                return Visit::Continue;
-            }
-            rest = rest.with_t_max(hit.t());
-            Visit::Shorten(closest.insert(hit).t())
-        });
-        self.ray_hit(ray, &closest?)
+        let mut nearest = Nearest::none(ray);
+        self.tree(settings)
+            .visit_ray(ray, |key, _| nearest.offer(self, key, ray, settings));
+        self.ray_hit(ray, &nearest.hit?)
     }
 
     /// The nearest hit of each of many rays, written over `hits` in the order of the rays: what
@@ -158,7 +148,7 @@ impl SceneQuery<'_, '_> {
     }
 
     /// The nearest hit on one entity, if the settings admit it, before it is [confirmed](Self::confirm).
-    fn hit_surface(&self, key: Key, ray: &Ray, settings: &SceneQuerySettings) -> Option<EntityHit<'_>> {
+    pub(super) fn hit_surface(&self, key: Key, ray: &Ray, settings: &SceneQuerySettings) -> Option<EntityHit<'_>> {
         let surface = self.index.surface(key.slot).filter(|_| self.admit(key, settings))?;
         let backfaces = backfaces(surface, settings);
         let hit = match surface.shape {
@@ -242,7 +232,7 @@ impl SceneQuery<'_, '_> {
     }
 
     /// Puts what is known of a hit into world space.
-    fn ray_hit(&self, ray: &Ray, EntityHit { entity, surface, hit }: &EntityHit) -> Option<RayHit> {
+    pub(super) fn ray_hit(&self, ray: &Ray, EntityHit { entity, surface, hit }: &EntityHit) -> Option<RayHit> {
         let (distance, normal, triangle, uv) = match hit {
             Hit::Surface(hit) => {
                 let normal = surface.normal_to_world(hit.normal);
@@ -294,8 +284,44 @@ impl SceneQuery<'_, '_> {
     }
 }
 
+/// The nearest hit so far.
+pub(super) struct Nearest<'a> {
+    /// The ray as far as it still matters.
+    rest: Ray,
+    hit: Option<EntityHit<'a>>,
+}
+
+impl<'a> Nearest<'a> {
+    #[inline]
+    pub fn none(ray: &Ray) -> Self {
+        Self { rest: *ray, hit: None }
+    }
+
+    pub fn rest(&self) -> &Ray {
+        &self.rest
+    }
+
+    pub fn hit(&self) -> Option<&EntityHit<'a>> {
+        self.hit.as_ref()
+    }
+
+    /// Takes the hit of the ray on an entity for the nearest, if it is.
+    #[inline(always)]
+    pub fn offer(&mut self, scene: &'a SceneQuery, key: Key, ray: &Ray, settings: &SceneQuerySettings) -> Visit {
+        let Some(hit) = scene.hit_surface(key, &self.rest, settings) else {
+            return Visit::Continue;
+        };
+        let precedes = self.hit.as_ref().is_none_or(|nearest| hit.precedes(nearest, ray));
+        if !precedes || !scene.confirm(key.entity, settings) {
+            return Visit::Continue;
+        }
+        self.rest = self.rest.with_t_max(hit.t());
+        Visit::Shorten(self.hit.insert(hit).t())
+    }
+}
+
 /// A hit on the surface of an entity.
-struct EntityHit<'a> {
+pub(super) struct EntityHit<'a> {
     entity: Entity,
     surface: &'a PlacedSurface,
     hit: Hit,
@@ -325,7 +351,7 @@ impl EntityHit<'_> {
     }
 }
 
-fn backfaces(surface: &PlacedSurface, settings: &SceneQuerySettings) -> Backfaces {
+pub(super) fn backfaces(surface: &PlacedSurface, settings: &SceneQuerySettings) -> Backfaces {
     settings.backfaces.unwrap_or(surface.backfaces)
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use super::{MeshBvh, group_of, lanes_of};
+use super::{MeshBvh, group_of, lanes_of, unpack_slots};
 use crate::{
     geometry::ray::{
         Ray,
@@ -13,9 +13,10 @@ use crate::{
         triangles::{Indexed, Storage, TriangleHit},
     },
     spatial::{
-        Visit,
+        Trace, Visit,
         lanes::Entering,
         simd::{LANES, Simd, prefetch},
+        trace::trace_in_order,
         traverse::{VisitLeaf, visit_any, visit_in_order},
         wide::EVERY_MASK,
     },
@@ -27,6 +28,17 @@ impl MeshBvh {
         match self.mesh.storage() {
             Storage::Packed(packets) => self.closest_of(&packets[..], ray, backfaces),
             Storage::Indexed(indexed) => self.closest_of(&Gathered(indexed, self.mesh.vertices()), ray, backfaces),
+        }
+    }
+
+    /// The [`closest_hit`](Self::closest_hit), and the way to it. The key of a leaf is the numbers of its triangles, which
+    /// are tested when it is visited. Slow: for those who want to look inside.
+    pub fn trace_closest_hit(&self, ray: &Ray, backfaces: Backfaces) -> (Option<TriangleHit>, Trace<Vec<u32>>) {
+        match self.mesh.storage() {
+            Storage::Packed(packets) => self.trace_closest_of(&packets[..], ray, backfaces),
+            Storage::Indexed(indexed) => {
+                self.trace_closest_of(&Gathered(indexed, self.mesh.vertices()), ray, backfaces)
+            }
         }
     }
 
@@ -49,6 +61,24 @@ impl MeshBvh {
         };
         visit_in_order(&self.nodes, 0, EVERY_MASK, ray.t_max(), Entering::new(ray), visit);
         nearest.hit
+    }
+
+    fn trace_closest_of(
+        &self,
+        groups: &(impl Groups + ?Sized),
+        ray: &Ray,
+        backfaces: Backfaces,
+    ) -> (Option<TriangleHit>, Trace<Vec<u32>>) {
+        let mut nearest = Nearest::none(ray);
+        let visit = Closest {
+            groups,
+            ray: &TriangleRay::new(ray),
+            backfaces,
+            nearest: &mut nearest,
+        };
+        let triangles = |leaf| unpack_slots(leaf).map(|slot| self.mesh.number(slot)).collect();
+        let trace = trace_in_order(&self.nodes, 0, EVERY_MASK, ray, triangles, visit);
+        (nearest.hit, trace)
     }
 
     #[inline]

@@ -7,7 +7,7 @@ use bevy::math::{Vec3A, bounding::Aabb3d};
 use super::AabbTree;
 use crate::{
     geometry::{aabb::union, ray::Ray},
-    spatial::{Region, SpatialQueries, Sweep, Visit, traverse::Part},
+    spatial::{Region, SpatialQueries, Sweep, Trace, Visit, traverse::Part},
 };
 
 /// The leaves of an [`AabbTree`] that have a bit of a mask; see [`AabbTree::masked`].
@@ -50,6 +50,10 @@ impl<K: Copy> SpatialQueries<K> for Masked<'_, K> {
     #[inline]
     fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) {
         self.tree.visit_ray_masked(self.mask, ray, visit);
+    }
+
+    fn trace_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) -> Trace<K> {
+        self.tree.trace_ray_masked(self.mask, ray, visit)
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {

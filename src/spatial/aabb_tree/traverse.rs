@@ -8,9 +8,10 @@ use super::{AabbTree, NodeLink, Place};
 use crate::{
     geometry::ray::Ray,
     spatial::{
-        Region, SpatialQueries, Sweep, Visit,
+        Region, SpatialQueries, Sweep, Trace, Visit,
         lanes::{Entering, Growing},
         region::limit_squared,
+        trace::trace_in_order,
         traverse::{self, Descent, Found, Part},
         wide::{Child, EVERY_MASK, LANES, NodeIndex, WideNode},
     },
@@ -43,6 +44,10 @@ impl<K: Copy> SpatialQueries<K> for AabbTree<K> {
     #[inline]
     fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) {
         self.visit_ray_masked(EVERY_MASK, ray, visit);
+    }
+
+    fn trace_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) -> Trace<K> {
+        self.trace_ray_masked(EVERY_MASK, ray, visit)
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {
@@ -87,6 +92,13 @@ impl<K: Copy> AabbTree<K> {
         traverse::visit_in_order(&self.nodes, root, mask, ray.t_max(), Entering::new(ray), |leaf, t| {
             visit(self.leaves.key_at(leaf), t)
         });
+    }
+
+    pub(super) fn trace_ray_masked(&self, mask: u32, ray: &Ray, mut visit: impl FnMut(K, f32) -> Visit) -> Trace<K> {
+        let key_of = |leaf| self.leaves.key_at(leaf);
+        self.root.map_or_else(Trace::default, |root| {
+            trace_in_order(&self.nodes, root, mask, ray, key_of, |leaf, t| visit(key_of(leaf), t))
+        })
     }
 
     #[inline]

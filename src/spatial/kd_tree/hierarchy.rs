@@ -134,13 +134,15 @@ impl Hierarchy {
 
     /// Visits the leaves whose boxes a query meets, nearest first, as far as to `limit`, which `leaf` may lower.
     ///
-    /// `leaf` gets the leaf and where it is met; `announce` gets it some time before.
+    /// `leaf` gets the leaf and where it is met; `announce` gets it some time before. `enter` gets each node before what
+    /// is in it.
     #[inline(always)]
     pub(super) fn visit_in_order<S: Simd, Q: Query>(
         &self,
         simd: S,
         query: &Q,
         limit: f32,
+        enter: impl FnMut(NodeIndex),
         announce: impl Fn(u32),
         leaf: impl FnMut(u32, f32, &mut f32) -> ControlFlow<()>,
     ) {
@@ -148,9 +150,9 @@ impl Hierarchy {
             return;
         }
         if Q::MEETS_FEW {
-            self.visit_sorted(simd, query, limit, announce, leaf);
+            self.visit_sorted(simd, query, limit, enter, announce, leaf);
         } else {
-            self.visit_chosen(simd, query, limit, announce, leaf);
+            self.visit_chosen(simd, query, limit, enter, announce, leaf);
         }
     }
 
@@ -162,6 +164,7 @@ impl Hierarchy {
         simd: S,
         query: &impl Query,
         mut limit: f32,
+        mut enter: impl FnMut(NodeIndex),
         announce: impl Fn(u32),
         mut leaf: impl FnMut(u32, f32, &mut f32) -> ControlFlow<()>,
     ) {
@@ -177,6 +180,7 @@ impl Hierarchy {
                     }
                 }
                 Child::Node(index) => {
+                    enter(index);
                     let node = self.node(index);
                     let (lanes, ats) = query.meet(simd, node.into(), limit);
                     let ats = simd.store(ats);
@@ -203,6 +207,7 @@ impl Hierarchy {
         simd: S,
         query: &impl Query,
         mut limit: f32,
+        mut enter: impl FnMut(NodeIndex),
         announce: impl Fn(u32),
         mut leaf: impl FnMut(u32, f32, &mut f32) -> ControlFlow<()>,
     ) {
@@ -210,6 +215,7 @@ impl Hierarchy {
         let mut frames: SmallVec<[Frame; 16]> = SmallVec::new();
         let mut next = ROOT;
         loop {
+            enter(next);
             let node = self.node(next);
             let (waiting, ats) = query.meet(simd, node.into(), limit);
             let ats = simd.store(simd.select(waiting, ats, infinity));

@@ -17,6 +17,9 @@ use crate::spatial::{
 
 /// The leaves of a tree, by their numbers. Boxes of leaves come from the tree.
 pub(crate) trait Leaves<K> {
+    /// Whether a leaf holds several, which are tested when it is visited.
+    const ARE_BUCKETS: bool;
+
     /// How many boxes or points there are.
     fn len(&self) -> usize;
 
@@ -69,6 +72,8 @@ pub struct BoxLeaves<K> {
 }
 
 impl<K: Copy> Leaves<K> for BoxLeaves<K> {
+    const ARE_BUCKETS: bool = false;
+
     fn len(&self) -> usize {
         self.keys.len()
     }
@@ -195,6 +200,8 @@ impl<K> PointLeaves<K> {
 }
 
 impl<K: Copy> Leaves<K> for PointLeaves<K> {
+    const ARE_BUCKETS: bool = true;
+
     fn len(&self) -> usize {
         self.len
     }

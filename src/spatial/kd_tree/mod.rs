@@ -20,6 +20,7 @@ mod hierarchy;
 mod leaf;
 mod nearest;
 mod query;
+mod trace;
 mod traverse;
 mod validate;
 

@@ -9,11 +9,12 @@ use super::{
     leaf::Leaves,
     nearest::Nearest,
     query::{InTheWay, Query},
+    trace,
 };
 use crate::{
     geometry::ray::Ray,
     spatial::{
-        Neighbour, Region, SpatialQueries, Sweep, Visit,
+        Neighbour, Region, SpatialQueries, Sweep, Trace, Visit,
         lanes::{Entering, Growing},
         region::{Outline, limit_squared},
         simd::{Simd, Task, dispatch},
@@ -41,6 +42,10 @@ impl<K: Copy, L: Leaves<K>> SpatialQueries<K> for KdTree<K, L> {
 
     fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) {
         visit_in_order(self, Entering::new(ray), ray.t_max(), shortening(visit));
+    }
+
+    fn trace_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) -> Trace<K> {
+        trace::trace_ray(self, ray, visit)
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {
@@ -141,6 +146,7 @@ where
             simd,
             &self.query,
             self.limit,
+            |_| {},
             |leaf| leaves.announce(leaf),
             |leaf, at, limit| {
                 let aabb = || hierarchy.aabb(leaf);

@@ -6,9 +6,10 @@ use bevy::math::{Vec3A, bounding::Aabb3d};
 
 use super::{
     super::{
-        Region, SpatialQueries, Sweep, Visit,
+        Region, SpatialQueries, Sweep, Trace, Visit,
         lanes::{Entering, Growing},
         region::limit_squared,
+        trace::trace_in_order,
         traverse::{self, Found},
         wide::{Child, EVERY_MASK, NodeIndex, WideNode},
     },
@@ -50,6 +51,15 @@ impl<K: Copy> SpatialQueries<K> for Octree<K> {
         };
         let visit = |leaf, t| visit(self.leaves.key_at(leaf), t);
         traverse::visit_in_order(&self.nodes, root, EVERY_MASK, ray.t_max(), Entering::new(ray), visit);
+    }
+
+    fn trace_ray(&self, ray: &Ray, mut visit: impl FnMut(K, f32) -> Visit) -> Trace<K> {
+        let key_of = |leaf| self.leaves.key_at(leaf);
+        self.root.map_or_else(Trace::default, |root| {
+            trace_in_order(&self.nodes, root, EVERY_MASK, ray, key_of, |leaf, t| {
+                visit(key_of(leaf), t)
+            })
+        })
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, mut visit: impl FnMut(K, f32) -> Visit) {

@@ -28,6 +28,7 @@ mod near;
 mod pairs;
 mod rebuild;
 mod regions;
+mod trace;
 mod tune;
 mod update;
 mod validate;
@@ -44,7 +45,8 @@ use bevy::{
 };
 
 use super::{
-    LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, UnsoundBox, UpdateError, Visit, leaves::Leaves,
+    LeafId, NoSuchLeaf, Region, SpatialQueries, SpatialUpdates, Sweep, Trace, UnsoundBox, UpdateError, Visit,
+    leaves::Leaves,
 };
 use crate::geometry::{
     aabb::{EMPTY, union},
@@ -53,6 +55,7 @@ use crate::geometry::{
 use bucket::{Buckets, Place};
 use level::Level;
 use rebuild::Scratch;
+use trace::Way;
 use tune::Tuning;
 
 /// How large the smallest cells of a [`UniformGrid`] are.
@@ -176,7 +179,13 @@ impl<K: Copy> SpatialQueries<K> for UniformGrid<K> {
     }
 
     fn visit_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) {
-        self.walk_ray(ray, visit);
+        self.walk_ray(ray, (), visit);
+    }
+
+    fn trace_ray(&self, ray: &Ray, visit: impl FnMut(K, f32) -> Visit) -> Trace<K> {
+        let mut way = Way::new(ray);
+        self.walk_ray(ray, &mut way, visit);
+        way.finish()
     }
 
     fn visit_sweep<S: Sweep>(&self, sweep: &S, visit: impl FnMut(K, f32) -> Visit) {

@@ -36,23 +36,37 @@ const LAYER_COST: f64 = 6.0;
 const SORTED: usize = 64;
 
 impl<K: Copy> UniformGrid<K> {
-    pub(super) fn walk_ray(&self, ray: &Ray, mut visit: impl FnMut(K, f32) -> Visit) {
-        self.walk(ray, None, |key, _, _, t, limit| (t <= limit).then(|| visit(key, t)));
+    /// Visits the keys of the boxes that a ray enters, and tells `watch` the way.
+    pub(super) fn walk_ray(&self, ray: &Ray, watch: impl Watch<K>, mut visit: impl FnMut(K, f32) -> Visit) {
+        self.walk(ray, None, watch, |key, _, _, t, limit| {
+            (t <= limit).then(|| visit(key, t))
+        });
     }
 
     pub(super) fn walk_sweep(&self, sweep: &impl Sweep, mut visit: impl FnMut(K, f32) -> Visit) {
-        self.walk(sweep.ray(), Some(slack_reach(sweep)), |key, boxes, lane, _, limit| {
-            let t = sweep
-                .intersection_at(&boxes.get(lane))
-                .filter(|&t| t <= limit && t.is_finite())?;
-            Some(visit(key, t))
-        });
+        self.walk(
+            sweep.ray(),
+            Some(slack_reach(sweep)),
+            (),
+            |key, boxes, lane, _, limit| {
+                let t = sweep
+                    .intersection_at(&boxes.get(lane))
+                    .filter(|&t| t <= limit && t.is_finite())?;
+                Some(visit(key, t))
+            },
+        );
     }
 
     /// Has `visit` decide on every key whose box, grown by `reach`, the ray enters before the limit: with the box and its
     /// lane, the parameter at which the ray enters it, and the limit.
     #[inline(always)]
-    fn walk(&self, ray: &Ray, reach: Option<Vec3A>, visit: impl FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>) {
+    fn walk(
+        &self,
+        ray: &Ray,
+        reach: Option<Vec3A>,
+        watch: impl Watch<K>,
+        visit: impl FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>,
+    ) {
         // Stopped or not, the walk is over.
         let _: ControlFlow<()> = dispatch(Walk {
             grid: self,
@@ -60,22 +74,52 @@ impl<K: Copy> UniformGrid<K> {
             slabs: ray.slab_ray(),
             reach,
             limit: ray.t_max(),
+            watch,
             visit,
         });
     }
 }
 
-struct Walk<'a, K, V> {
+/// Who is told of the way of a walk. Nothing is compiled of it for `()`, which wants to know nothing.
+pub(super) trait Watch<K> {
+    /// Bricks of a level are held against the ray: those in a range of bricks, or all.
+    fn look_at_bricks(&mut self, level: &Level, among: Option<CellRange>);
+
+    /// The boxes of a bucket are held against the ray.
+    fn look_into(&mut self, level: &Level, brick: &Brick, bucket: &Bucket<K>);
+
+    /// A box of the bucket has been visited, which the ray enters at `at`.
+    fn visited(&mut self, bucket: &Bucket<K>, lane: usize, at: f32, wish: Visit);
+}
+
+impl<K> Watch<K> for () {
+    #[inline(always)]
+    fn look_at_bricks(&mut self, _level: &Level, _among: Option<CellRange>) {}
+
+    #[inline(always)]
+    fn look_into(&mut self, _level: &Level, _brick: &Brick, _bucket: &Bucket<K>) {}
+
+    #[inline(always)]
+    fn visited(&mut self, _bucket: &Bucket<K>, _lane: usize, _at: f32, _wish: Visit) {}
+}
+
+struct Walk<'a, K, W, V> {
     grid: &'a UniformGrid<K>,
     ray: &'a Ray,
     slabs: SlabRay,
     /// Of the moving shape; none of a ray.
     reach: Option<Vec3A>,
     limit: f32,
+    watch: W,
     visit: V,
 }
 
-impl<K: Copy, V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>> Task for Walk<'_, K, V> {
+impl<K, W, V> Task for Walk<'_, K, W, V>
+where
+    K: Copy,
+    W: Watch<K>,
+    V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>,
+{
     type Output = ControlFlow<()>;
 
     #[inline(always)]
@@ -89,7 +133,12 @@ impl<K: Copy, V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>> Task for Wa
     }
 }
 
-impl<K: Copy, V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>> Walk<'_, K, V> {
+impl<K, W, V> Walk<'_, K, W, V>
+where
+    K: Copy,
+    W: Watch<K>,
+    V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>,
+{
     #[inline(always)]
     fn walk_level<S: Simd>(&mut self, simd: S, level: &Level, layers: &Layers) -> ControlFlow<()> {
         let all = layers.brick_layers();
@@ -104,6 +153,7 @@ impl<K: Copy, V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>> Walk<'_, K,
                 Crossing::Nothing => continue,
                 Crossing::Beyond => break,
             };
+            self.watch.look_at_bricks(level, Some(bricks));
             met.clear();
             for z in bricks.min.z..=bricks.max.z {
                 for y in bricks.min.y..=bricks.max.y {
@@ -137,6 +187,7 @@ impl<K: Copy, V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>> Walk<'_, K,
                 let cells = brick.occupied & range.bits_in(brick.coordinates);
                 let grid = self.grid;
                 for bucket in grid.buckets.in_cells(brick, cells) {
+                    self.watch.look_into(layers.level, brick, bucket);
                     let (entries, met) = enter(simd, &self.slabs, &bucket.boxes, self.reach, self.limit);
                     self.decide(bucket, &entries, met & bucket.lanes())?;
                 }
@@ -149,7 +200,11 @@ impl<K: Copy, V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>> Walk<'_, K,
     fn decide(&mut self, bucket: &Bucket<K>, entries: &[f32; LANES], met: u32) -> ControlFlow<()> {
         for lane in bits(met.into()) {
             let lane = lane as usize;
-            match (self.visit)(bucket.keys[lane], &bucket.boxes, lane, entries[lane], self.limit) {
+            let wish = (self.visit)(bucket.keys[lane], &bucket.boxes, lane, entries[lane], self.limit);
+            if let Some(wish) = wish {
+                self.watch.visited(bucket, lane, entries[lane], wish);
+            }
+            match wish {
                 None | Some(Visit::Continue) => {}
                 Some(Visit::Shorten(to)) => self.limit = self.limit.min(to),
                 Some(Visit::Stop) => return ControlFlow::Break(()),
@@ -175,6 +230,7 @@ impl<K: Copy, V: FnMut(K, &Boxes, usize, f32, f32) -> Option<Visit>> Walk<'_, K,
     /// Holds the ray against all bricks, where those are fewer than what it crosses.
     #[inline(always)]
     fn walk_bricks<S: Simd>(&mut self, simd: S, level: &Level, layers: &Layers) -> ControlFlow<()> {
+        self.watch.look_at_bricks(level, None);
         let mut sorted: SmallVec<[(f32, u32); SORTED]> = SmallVec::new();
         let mut rest = (0..).zip(&level.bricks).filter(|(_, brick)| brick.occupied != 0);
         loop {
