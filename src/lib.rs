@@ -100,6 +100,9 @@ pub mod prelude {
         StructureStyle,
     };
 
+    #[cfg(feature = "inspector")]
+    pub use crate::debug::inspector::{InspectorTab, SightlineInspector, SightlineInspectorPlugin};
+
     #[cfg(feature = "simplify")]
     pub use crate::lod::simplify::{
         AutoProxy, AutoProxyPlugin, AutoProxySystems, ClusterMaterials, ClusterProxy, ProxyFailed, ProxyProgress,

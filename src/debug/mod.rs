@@ -3,3 +3,5 @@
 pub mod diagnostics;
 #[cfg(feature = "gizmos")]
 pub mod gizmos;
+#[cfg(feature = "inspector")]
+pub mod inspector;

@@ -197,6 +197,12 @@ impl SpatialIndex {
         self.tree.descend_nodes(visit);
     }
 
+    /// Builds the tree anew, at once: in O(n log n). Changes no answer; a tree that has worn is built anew
+    /// [anyway](super::SpatialIndexSystems::Optimize), beside its use.
+    pub fn rebuild(&mut self) {
+        self.tree.rebuild();
+    }
+
     pub(crate) fn tree(&self) -> &AabbTree<Key> {
         &self.tree
     }

@@ -1,0 +1,13 @@
+//! The inspector, without a window.
+
+#[path = "../common/mod.rs"]
+#[expect(dead_code, reason = "it is for all tests")]
+mod common;
+mod culling;
+mod index;
+mod lod;
+mod opening;
+mod panel;
+mod query;
+mod settings;
+mod structures;
