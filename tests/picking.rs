@@ -14,7 +14,7 @@ use bevy::{
         },
         hover::HoverMap,
         mesh_picking::{
-            MeshPickingCamera, MeshPickingSettings,
+            MeshPickingCamera, MeshPickingPlugin, MeshPickingSettings,
             ray_cast::{RayCastBackfaces, RayCastVisibility, SimplifiedMesh},
         },
         pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput},
@@ -40,7 +40,12 @@ struct Log(Vec<(&'static str, Entity)>);
 
 /// A headless app whose cameras know the size of their window, without a camera.
 fn app_without_camera() -> App {
-    let mut app = headless_app();
+    app_without_camera_with(|_| {})
+}
+
+/// The same, with more plugins.
+fn app_without_camera_with(add_plugins: impl FnOnce(&mut App)) -> App {
+    let mut app = headless_app_with(add_plugins);
     app.init_resource::<ManualTextureViews>()
         .init_resource::<Log>()
         .add_systems(PostUpdate, camera_system.before(VisibilitySystems::UpdateFrusta));
@@ -186,6 +191,19 @@ fn a_pointer_goes_over_an_entity_and_out_again() {
     assert_eq!(drain_log(&mut app), [("Over", cube)]);
     move_to(&mut app, ASIDE);
     assert_eq!(drain_log(&mut app), [("Out", cube)]);
+}
+
+#[test]
+fn events_come_once_with_bevys_backend_beside_ours() {
+    let mut app = app_without_camera_with(|app| _ = app.add_plugins(MeshPickingPlugin));
+    let place = Transform::from_xyz(0.0, 0.0, 10.0);
+    app.world_mut().spawn((Camera3d::default(), place));
+    let cube = spawn_cube(&mut app, Vec3::ZERO);
+    settle(&mut app);
+    move_to(&mut app, MIDDLE);
+    press(&mut app, MIDDLE);
+    release(&mut app, MIDDLE);
+    assert_eq!(drain_log(&mut app), [("Over", cube), ("Press", cube), ("Click", cube)]);
 }
 
 #[test]

@@ -66,7 +66,7 @@ use bevy::{
     app::{App, Plugin, PostUpdate},
     camera::{
         Camera,
-        visibility::{VisibilitySystems, check_visibility_cpu_culling, check_visibility_ranges},
+        visibility::{VisibilityPlugin, VisibilitySystems, check_visibility_cpu_culling, check_visibility_ranges},
     },
     ecs::{
         change_detection::{Res, ResMut},
@@ -203,10 +203,9 @@ impl Plugin for ViewCullingPlugin {
         let replaces_lights = replaces_views && replace::replace_light_culling(app);
         let mut culling = app.world_mut().resource_mut::<ViewCulling>();
         (culling.replaces_views, culling.replaces_lights) = (replaces_views, replaces_lights);
-        if !replaces_views {
-            warn!(
-                "ViewCullingPlugin found no view culling of Bevy's to replace: there is no CameraPlugin, or it has changed"
-            );
+        // A server has no cameras, and nothing to be told of.
+        if !replaces_views && app.is_plugin_added::<VisibilityPlugin>() {
+            warn!("ViewCullingPlugin leaves the culling of views to Bevy: that is not as this version of Bevy has it");
         }
     }
 }

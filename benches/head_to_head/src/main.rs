@@ -24,6 +24,7 @@ mod geometry;
 mod headless;
 mod mesh;
 mod mesh_mesh;
+mod overhead;
 mod picking;
 mod spatial;
 mod sprites;
@@ -33,7 +34,7 @@ mod visibility;
 use std::process::ExitCode;
 
 /// The groups, in the order in which they run.
-const GROUPS: [(&str, fn(Effort)); 17] = [
+const GROUPS: [(&str, fn(Effort)); 18] = [
     ("bounding", bounding::run),
     ("build", spatial::build::run),
     ("choosing", spatial::choosing::run),
@@ -46,6 +47,7 @@ const GROUPS: [(&str, fn(Effort)); 17] = [
     ("nearest", spatial::nearest::run),
     ("neighbours", spatial::neighbours::run),
     ("occlusion", visibility::occlusion::run),
+    ("overhead", overhead::run),
     ("overlaps", spatial::overlaps::run),
     ("picking", picking::run),
     ("rays", spatial::rays::run),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bevy::{diagnostic::DiagnosticPath, ecs::world::World};
+use bevy::{diagnostic::DiagnosticPath, ecs::resource::Resource};
 
 use crate::{
     culling::ViewCullingStats,
@@ -11,21 +11,21 @@ use crate::{
     occlusion::OccluderStats,
 };
 
-/// A figure that is measured in every frame.
-pub(super) struct Figure {
+/// A figure that is read off a resource.
+pub(super) struct Figure<S: 'static> {
     pub path: DiagnosticPath,
-    pub read: Read,
+    pub read: Read<S>,
 }
 
-/// How it is read off the world, at once: `None` if the plugin that it is of is not there.
-pub(super) enum Read {
-    Count(fn(&World) -> Option<usize>),
-    Time(fn(&World) -> Option<Duration>),
+/// How it is read, at once.
+pub(super) enum Read<S: 'static> {
+    Count(fn(&S) -> usize),
+    Time(fn(&S) -> Duration),
     /// In bytes.
-    Memory(fn(&World) -> Option<usize>),
+    Memory(fn(&S) -> usize),
 }
 
-impl Read {
+impl<S> Read<S> {
     /// The unit, as it is printed.
     pub fn suffix(&self) -> &'static str {
         match self {
@@ -36,266 +36,156 @@ impl Read {
     }
 
     /// The value in that unit.
-    pub fn value(&self, world: &World) -> Option<f64> {
+    pub fn value(&self, stats: &S) -> f64 {
         match self {
-            Self::Count(read) => read(world).map(|count| count as f64),
-            Self::Time(read) => read(world).map(|time| 1000.0 * time.as_secs_f64()),
-            Self::Memory(read) => read(world).map(|bytes| bytes as f64 / f64::from(1 << 20)),
+            Self::Count(read) => read(stats) as f64,
+            Self::Time(read) => 1000.0 * read(stats).as_secs_f64(),
+            Self::Memory(read) => read(stats) as f64 / f64::from(1 << 20),
         }
     }
 }
 
-const fn count(path: &'static str, read: fn(&World) -> Option<usize>) -> Figure {
+/// Something that is done with the figures of every resource.
+pub(super) trait Visit {
+    fn visit<S: Resource>(&mut self, figures: &'static [Figure<S>]);
+}
+
+/// Visits all figures that the enabled features have.
+pub(super) fn visit_all(visitor: &mut impl Visit) {
+    visitor.visit(SYNC);
+    visitor.visit(INDEX);
+    visitor.visit(MESHES);
+    visitor.visit(LOD);
+    visitor.visit(STREAMING);
+    visitor.visit(OCCLUSION);
+    visitor.visit(CULLING);
+    #[cfg(feature = "picking")]
+    visitor.visit(PICKING);
+    #[cfg(feature = "sprite")]
+    visitor.visit(SPRITES);
+    #[cfg(feature = "simplify")]
+    visitor.visit(PROXIES);
+    #[cfg(feature = "simplify")]
+    visitor.visit(PROGRESS);
+    #[cfg(feature = "gizmos")]
+    visitor.visit(GIZMOS);
+}
+
+const fn count<S>(path: &'static str, read: fn(&S) -> usize) -> Figure<S> {
     Figure {
         path: DiagnosticPath::const_new(path),
         read: Read::Count(read),
     }
 }
 
-const fn time(path: &'static str, read: fn(&World) -> Option<Duration>) -> Figure {
+const fn time<S>(path: &'static str, read: fn(&S) -> Duration) -> Figure<S> {
     Figure {
         path: DiagnosticPath::const_new(path),
         read: Read::Time(read),
     }
 }
 
-const fn memory(path: &'static str, read: fn(&World) -> Option<usize>) -> Figure {
+const fn memory<S>(path: &'static str, read: fn(&S) -> usize) -> Figure<S> {
     Figure {
         path: DiagnosticPath::const_new(path),
         read: Read::Memory(read),
     }
 }
 
-static INDEX: &[Figure] = &[
-    time("sightline/index/meshes", |world| {
-        Some(world.get_resource::<SyncStats>()?.meshes)
-    }),
-    time("sightline/index/sync", |world| {
-        Some(world.get_resource::<SyncStats>()?.total)
-    }),
-    time("sightline/index/find", |world| {
-        Some(world.get_resource::<SyncStats>()?.find)
-    }),
-    time("sightline/index/posing", |world| {
-        Some(world.get_resource::<SyncStats>()?.posing)
-    }),
-    time("sightline/index/structures", |world| {
-        Some(world.get_resource::<SyncStats>()?.structures)
-    }),
-    time("sightline/index/optimize", |world| {
-        Some(world.get_resource::<SyncStats>()?.optimize)
-    }),
-    time("sightline/index/posing_for_rays", |world| {
-        Some(world.get_resource::<SyncStats>()?.posing_for_rays)
-    }),
-    count("sightline/index/entities", |world| {
-        Some(world.get_resource::<SpatialIndex>()?.len())
-    }),
-    count("sightline/index/refused", |world| {
-        Some(world.get_resource::<SpatialIndex>()?.refused().len())
-    }),
-    count("sightline/index/moved", |world| {
-        Some(world.get_resource::<SyncStats>()?.moved)
-    }),
-    count("sightline/index/reconciled", |world| {
-        Some(world.get_resource::<SyncStats>()?.reconciled)
-    }),
-    count("sightline/index/posed", |world| {
-        Some(world.get_resource::<SyncStats>()?.posed)
-    }),
-    count("sightline/index/posed_for_rays", |world| {
-        Some(world.get_resource::<SyncStats>()?.posed_for_rays)
-    }),
-    count("sightline/index/optimized", |world| {
-        Some(world.get_resource::<SyncStats>()?.optimized.into())
-    }),
-    count("sightline/meshes/known", |world| {
-        Some(world.get_resource::<MeshBvhs>()?.len())
-    }),
-    count("sightline/meshes/building", |world| {
-        Some(world.get_resource::<MeshBvhs>()?.building())
-    }),
+static SYNC: &[Figure<SyncStats>] = &[
+    time("sightline/index/meshes", |stats| stats.meshes),
+    time("sightline/index/sync", |stats| stats.total),
+    time("sightline/index/find", |stats| stats.find),
+    time("sightline/index/posing", |stats| stats.posing),
+    time("sightline/index/structures", |stats| stats.structures),
+    time("sightline/index/optimize", |stats| stats.optimize),
+    time("sightline/index/posing_for_rays", |stats| stats.posing_for_rays),
+    count("sightline/index/moved", |stats| stats.moved),
+    count("sightline/index/reconciled", |stats| stats.reconciled),
+    count("sightline/index/posed", |stats| stats.posed),
+    count("sightline/index/posed_for_rays", |stats| stats.posed_for_rays),
+    count("sightline/index/optimized", |stats| stats.optimized.into()),
 ];
 
-static LOD: &[Figure] = &[
-    time("sightline/lod/follow", |world| {
-        Some(world.get_resource::<LodStats>()?.follow)
-    }),
-    time("sightline/lod/choose", |world| {
-        Some(world.get_resource::<LodStats>()?.choose)
-    }),
-    count("sightline/lod/groups", |world| {
-        Some(world.get_resource::<LodStats>()?.groups)
-    }),
-    count("sightline/lod/looked_at", |world| {
-        Some(world.get_resource::<LodStats>()?.looked_at)
-    }),
-    count("sightline/lod/switched", |world| {
-        Some(world.get_resource::<LodStats>()?.switched)
-    }),
-    count("sightline/lod/streamed", |world| {
-        Some(world.get_resource::<LodStreamingStats>()?.loaded)
-    }),
-    count("sightline/lod/streaming", |world| {
-        Some(world.get_resource::<LodStreamingStats>()?.loading)
-    }),
-    count("sightline/lod/failed", |world| {
-        Some(world.get_resource::<LodStreamingStats>()?.failed)
-    }),
-    memory("sightline/lod/memory", |world| {
-        Some(world.get_resource::<LodStreamingStats>()?.memory)
-    }),
+static INDEX: &[Figure<SpatialIndex>] = &[
+    count("sightline/index/entities", SpatialIndex::len),
+    count("sightline/index/refused", |index| index.refused().len()),
 ];
 
-static OCCLUSION: &[Figure] = &[
-    time("sightline/occlusion/follow", |world| {
-        Some(world.get_resource::<OccluderStats>()?.follow)
-    }),
-    count("sightline/occlusion/occluders", |world| {
-        Some(world.get_resource::<OccluderStats>()?.occluders)
-    }),
-    count("sightline/occlusion/refused", |world| {
-        Some(world.get_resource::<OccluderStats>()?.refused)
-    }),
-    count("sightline/occlusion/making", |world| {
-        Some(world.get_resource::<OccluderStats>()?.making)
-    }),
-    count("sightline/occlusion/reconciled", |world| {
-        Some(world.get_resource::<OccluderStats>()?.reconciled)
-    }),
-    count("sightline/occlusion/drawn", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.occlusion.occluders)
-    }),
-    count("sightline/occlusion/triangles", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.occlusion.triangles)
-    }),
-    count("sightline/occlusion/over_budget", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.occlusion.over_budget)
-    }),
-    count("sightline/occlusion/tested", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.occlusion.tested)
-    }),
-    count("sightline/occlusion/hidden", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.occlusion.hidden)
-    }),
+static MESHES: &[Figure<MeshBvhs>] = &[
+    count("sightline/meshes/known", MeshBvhs::len),
+    count("sightline/meshes/building", MeshBvhs::building),
 ];
 
-static CULLING: &[Figure] = &[
-    time("sightline/culling/find", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.find)
-    }),
-    time("sightline/culling/write", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.write)
-    }),
-    time("sightline/culling/lights", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.lights)
-    }),
-    time("sightline/culling/hide", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.hide)
-    }),
-    count("sightline/culling/views", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.views)
-    }),
-    count("sightline/culling/visible", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.visible)
-    }),
-    count("sightline/culling/entered", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.entered)
-    }),
-    count("sightline/culling/left", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.left)
-    }),
-    count("sightline/culling/shadow_maps", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.shadow_maps)
-    }),
-    count("sightline/culling/casters", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.casters)
-    }),
-    count("sightline/culling/tested", |world| {
-        Some(world.get_resource::<ViewCullingStats>()?.tested)
-    }),
+static LOD: &[Figure<LodStats>] = &[
+    time("sightline/lod/follow", |stats| stats.follow),
+    time("sightline/lod/choose", |stats| stats.choose),
+    count("sightline/lod/groups", |stats| stats.groups),
+    count("sightline/lod/looked_at", |stats| stats.looked_at),
+    count("sightline/lod/switched", |stats| stats.switched),
+];
+
+static STREAMING: &[Figure<LodStreamingStats>] = &[
+    count("sightline/lod/streamed", |stats| stats.loaded),
+    count("sightline/lod/streaming", |stats| stats.loading),
+    count("sightline/lod/failed", |stats| stats.failed),
+    memory("sightline/lod/memory", |stats| stats.memory),
+];
+
+static OCCLUSION: &[Figure<OccluderStats>] = &[
+    time("sightline/occlusion/follow", |stats| stats.follow),
+    count("sightline/occlusion/occluders", |stats| stats.occluders),
+    count("sightline/occlusion/refused", |stats| stats.refused),
+    count("sightline/occlusion/making", |stats| stats.making),
+    count("sightline/occlusion/reconciled", |stats| stats.reconciled),
+];
+
+static CULLING: &[Figure<ViewCullingStats>] = &[
+    count("sightline/occlusion/drawn", |stats| stats.occlusion.occluders),
+    count("sightline/occlusion/triangles", |stats| stats.occlusion.triangles),
+    count("sightline/occlusion/over_budget", |stats| stats.occlusion.over_budget),
+    count("sightline/occlusion/tested", |stats| stats.occlusion.tested),
+    count("sightline/occlusion/hidden", |stats| stats.occlusion.hidden),
+    time("sightline/culling/find", |stats| stats.find),
+    time("sightline/culling/write", |stats| stats.write),
+    time("sightline/culling/lights", |stats| stats.lights),
+    time("sightline/culling/hide", |stats| stats.hide),
+    count("sightline/culling/views", |stats| stats.views),
+    count("sightline/culling/visible", |stats| stats.visible),
+    count("sightline/culling/entered", |stats| stats.entered),
+    count("sightline/culling/left", |stats| stats.left),
+    count("sightline/culling/shadow_maps", |stats| stats.shadow_maps),
+    count("sightline/culling/casters", |stats| stats.casters),
+    count("sightline/culling/tested", |stats| stats.tested),
 ];
 
 #[cfg(feature = "picking")]
-static PICKING: &[Figure] = &[
-    time("sightline/picking/backend", |world| {
-        Some(world.get_resource::<crate::picking::SpatialPickingStats>()?.time)
-    }),
-    count("sightline/picking/rays", |world| {
-        Some(world.get_resource::<crate::picking::SpatialPickingStats>()?.rays)
-    }),
-    count("sightline/picking/hits", |world| {
-        Some(world.get_resource::<crate::picking::SpatialPickingStats>()?.hits)
-    }),
+static PICKING: &[Figure<crate::picking::SpatialPickingStats>] = &[
+    time("sightline/picking/backend", |stats| stats.time),
+    count("sightline/picking/rays", |stats| stats.rays),
+    count("sightline/picking/hits", |stats| stats.hits),
 ];
 
 #[cfg(feature = "sprite")]
-static SPRITE: &[Figure] = &[
-    time("sightline/sprite/follow", |world| {
-        Some(world.get_resource::<crate::sprite::SpriteIndexStats>()?.follow)
-    }),
-    count("sightline/sprite/sprites", |world| {
-        Some(world.get_resource::<crate::sprite::SpriteIndexStats>()?.sprites)
-    }),
-    count("sightline/sprite/reconciled", |world| {
-        Some(world.get_resource::<crate::sprite::SpriteIndexStats>()?.reconciled)
-    }),
+static SPRITES: &[Figure<crate::sprite::SpriteIndexStats>] = &[
+    time("sightline/sprite/follow", |stats| stats.follow),
+    count("sightline/sprite/sprites", |stats| stats.sprites),
+    count("sightline/sprite/reconciled", |stats| stats.reconciled),
 ];
 
 #[cfg(feature = "simplify")]
-static SIMPLIFY: &[Figure] = &[
-    time("sightline/simplify/make", |world| {
-        Some(world.get_resource::<crate::lod::simplify::ProxyStats>()?.make)
-    }),
-    count("sightline/simplify/waiting", |world| {
-        Some(world.get_resource::<crate::lod::simplify::ProxyProgress>()?.waiting)
-    }),
-    count("sightline/simplify/done", |world| {
-        Some(world.get_resource::<crate::lod::simplify::ProxyProgress>()?.done)
-    }),
-    count("sightline/simplify/failed", |world| {
-        Some(world.get_resource::<crate::lod::simplify::ProxyProgress>()?.failed)
-    }),
+static PROXIES: &[Figure<crate::lod::simplify::ProxyStats>] = &[time("sightline/simplify/make", |stats| stats.make)];
+
+#[cfg(feature = "simplify")]
+static PROGRESS: &[Figure<crate::lod::simplify::ProxyProgress>] = &[
+    count("sightline/simplify/waiting", |progress| progress.waiting),
+    count("sightline/simplify/done", |progress| progress.done),
+    count("sightline/simplify/failed", |progress| progress.failed),
 ];
 
 #[cfg(feature = "gizmos")]
-static GIZMOS: &[Figure] = &[
-    time("sightline/gizmos/draw", |world| {
-        Some(world.get_resource::<super::super::gizmos::SightlineGizmoStats>()?.draw)
-    }),
-    count("sightline/gizmos/drawn", |world| {
-        Some(
-            world
-                .get_resource::<super::super::gizmos::SightlineGizmoStats>()?
-                .total()
-                .drawn,
-        )
-    }),
-    count("sightline/gizmos/left_out", |world| {
-        Some(
-            world
-                .get_resource::<super::super::gizmos::SightlineGizmoStats>()?
-                .total()
-                .left_out,
-        )
-    }),
+static GIZMOS: &[Figure<crate::debug::gizmos::SightlineGizmoStats>] = &[
+    time("sightline/gizmos/draw", |stats| stats.draw),
+    count("sightline/gizmos/drawn", |stats| stats.total().drawn),
+    count("sightline/gizmos/left_out", |stats| stats.total().left_out),
 ];
-
-/// All figures that the enabled features have.
-pub(super) fn figures() -> impl Iterator<Item = &'static Figure> {
-    let tables = [
-        INDEX,
-        LOD,
-        OCCLUSION,
-        CULLING,
-        #[cfg(feature = "picking")]
-        PICKING,
-        #[cfg(feature = "sprite")]
-        SPRITE,
-        #[cfg(feature = "simplify")]
-        SIMPLIFY,
-        #[cfg(feature = "gizmos")]
-        GIZMOS,
-    ];
-    tables.into_iter().flatten()
-}

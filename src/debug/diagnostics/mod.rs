@@ -108,12 +108,13 @@ use bevy::{
     app::{App, Last, Plugin},
     diagnostic::{Diagnostic, DiagnosticMeasurement, DiagnosticsStore, RegisterDiagnostic},
     ecs::{
+        resource::Resource,
         schedule::{IntoScheduleConfigs, SystemSet},
-        system::Local,
         world::World,
     },
     platform::time::Instant,
 };
+use smallvec::SmallVec;
 
 #[cfg(doc)]
 use crate::{
@@ -122,7 +123,7 @@ use crate::{
     lod::{LodStats, LodStreamingStats},
     occlusion::OccluderStats,
 };
-use figures::{Read, figures};
+use figures::{Figure, Read, Visit, visit_all};
 
 /// When diagnostics are measured; in [`Last`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
@@ -136,31 +137,50 @@ pub struct SightlineDiagnosticsPlugin;
 
 impl Plugin for SightlineDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
-        for figure in figures() {
+        visit_all(&mut Register(app));
+        app.add_systems(Last, measure.in_set(SightlineDiagnosticsSystems));
+    }
+}
+
+struct Register<'a>(&'a mut App);
+
+impl Visit for Register<'_> {
+    fn visit<S: Resource>(&mut self, figures: &'static [Figure<S>]) {
+        for figure in figures {
             let diagnostic = Diagnostic::new(figure.path.clone()).with_suffix(figure.read.suffix());
-            app.register_diagnostic(match figure.read {
+            self.0.register_diagnostic(match figure.read {
                 Read::Time(_) => diagnostic,
                 // Of a count the last is wanted.
                 Read::Count(_) | Read::Memory(_) => diagnostic.with_smoothing_factor(0.0),
             });
         }
-        app.add_systems(Last, measure.in_set(SightlineDiagnosticsSystems));
     }
 }
 
 /// Takes over all figures.
-fn measure(world: &mut World, mut values: Local<Vec<Option<f64>>>) {
-    values.clear();
-    values.extend(figures().map(|figure| figure.read.value(world)));
-    let Some(mut store) = world.get_resource_mut::<DiagnosticsStore>() else {
-        return;
-    };
-    let time = Instant::now();
-    for (figure, value) in figures().zip(&*values) {
-        if let (Some(diagnostic), &Some(value)) = (store.get_mut(&figure.path), value)
-            && diagnostic.is_enabled
-        {
-            diagnostic.add_measurement(DiagnosticMeasurement { time, value });
+fn measure(world: &mut World) {
+    let now = Instant::now();
+    visit_all(&mut Measure { world, now });
+}
+
+struct Measure<'a> {
+    world: &'a mut World,
+    now: Instant,
+}
+
+impl Visit for Measure<'_> {
+    fn visit<S: Resource>(&mut self, figures: &'static [Figure<S>]) {
+        let Some(stats) = self.world.get_resource::<S>() else {
+            return;
+        };
+        let values: SmallVec<[f64; 16]> = figures.iter().map(|figure| figure.read.value(stats)).collect();
+        let Some(mut store) = self.world.get_resource_mut::<DiagnosticsStore>() else {
+            return;
+        };
+        for (figure, value) in figures.iter().zip(values) {
+            if let Some(diagnostic) = store.get_mut(&figure.path).filter(|diagnostic| diagnostic.is_enabled) {
+                diagnostic.add_measurement(DiagnosticMeasurement { time: self.now, value });
+            }
         }
     }
 }
