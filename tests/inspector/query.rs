@@ -2,6 +2,7 @@
 
 use bevy::{
     picking::{
+        PickingSystems,
         backend::ray::{RayId, RayMap},
         pointer::PointerId,
     },
@@ -28,13 +29,21 @@ fn over_two_cubes() -> (Panel, [Entity; 2]) {
     (panel, cubes)
 }
 
+#[derive(Resource)]
+struct Aimed(Ray3d);
+
+fn aim_mouse(aimed: Res<Aimed>, mut rays: ResMut<RayMap>) {
+    rays.map
+        .insert(RayId::new(Entity::PLACEHOLDER, PointerId::Mouse), aimed.0);
+}
+
 /// Puts the mouse where this is its ray.
 fn aim(panel: &mut Panel, ray: Ray3d) {
-    let camera = panel.world().spawn_empty().id();
-    let mut rays = panel.world().resource_mut::<RayMap>();
-    rays.map.clear();
-    rays.map.insert(RayId::new(camera, PointerId::Mouse), ray);
-    panel.look();
+    panel.world().insert_resource(Aimed(ray));
+    panel
+        .app
+        .add_systems(PreUpdate, aim_mouse.in_set(PickingSystems::Backend));
+    panel.update();
 }
 
 #[test]

@@ -29,6 +29,7 @@
 mod census;
 mod comparison;
 mod link;
+mod mouse_ray;
 mod panel;
 mod plot;
 mod reflect;
@@ -51,6 +52,7 @@ use bevy::{
         },
     },
     input::{ButtonInput, InputSystems, keyboard::KeyCode},
+    picking::PickingSystems,
     render::RenderApp,
 };
 use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
@@ -75,6 +77,7 @@ impl Plugin for SightlineInspectorPlugin {
             app.add_plugins(SightlineDiagnosticsPlugin);
         }
         app.init_resource::<SightlineInspector>()
+            .init_resource::<mouse_ray::MouseRay>()
             .register_type::<SightlineInspector>()
             .add_observer(selection::select_clicked)
             .add_systems(
@@ -82,6 +85,10 @@ impl Plugin for SightlineInspectorPlugin {
                 toggle
                     .after(InputSystems)
                     .run_if(resource_exists::<ButtonInput<KeyCode>>),
+            )
+            .add_systems(
+                PreUpdate,
+                mouse_ray::follow_mouse.after(PickingSystems::Backend).run_if(is_open),
             )
             .add_systems(
                 Update,

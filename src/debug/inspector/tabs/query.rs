@@ -2,65 +2,40 @@
 
 use std::time::{Duration, Instant};
 
-use bevy::{
-    ecs::{
-        change_detection::{DetectChangesMut, Res, ResMut},
-        entity::Entity,
-        system::{InMut, Local},
-    },
-    math::Ray3d,
-    picking::{backend::ray::RayMap, pointer::PointerId},
+use bevy::ecs::{
+    change_detection::{DetectChangesMut, ResMut},
+    system::{InMut, Local},
 };
 use bevy_egui::egui::{Grid, Ui};
 
 use super::figures;
 use crate::{
-    debug::inspector::{SightlineInspector, link::Names, plot::thousands},
+    debug::inspector::{SightlineInspector, link::Names, mouse_ray::MouseRay, plot::thousands},
     index::{EntityTest, RayHit, SceneQuery, SceneQuerySettings},
 };
 
 /// The most hits in the list.
 const MOST_HITS: usize = 50;
 
-/// The ray that is told of.
-#[derive(Default)]
-pub(in crate::debug::inspector) struct Held {
-    /// It stays, wherever the mouse goes.
-    is_held: bool,
-    ray: Option<(Entity, Ray3d)>,
-    hits: Vec<RayHit>,
-}
-
 pub(in crate::debug::inspector) fn show(
     InMut(ui): InMut<Ui>,
     scene: SceneQuery,
-    rays: Option<Res<RayMap>>,
+    mut mouse: ResMut<MouseRay>,
     names: Names,
     mut inspector: ResMut<SightlineInspector>,
-    mut held: Local<Held>,
+    mut hits: Local<Vec<RayHit>>,
 ) {
-    let Held { is_held, ray, hits } = &mut *held;
     ui.horizontal(|ui| {
-        ui.checkbox(is_held, "hold this ray");
+        ui.checkbox(&mut mouse.is_held, "hold this ray");
         ui.weak("it stays too while the mouse is over the panel");
     });
-    // Of several cameras under the mouse, the one that draws last.
-    let under_mouse = rays.as_ref().and_then(|rays| {
-        let of_mouse = rays.iter().filter(|(id, _)| id.pointer == PointerId::Mouse);
-        of_mouse
-            .map(|(id, ray)| (id.camera, *ray))
-            .max_by_key(|(camera, _)| *camera)
-    });
-    if !*is_held && !ui.ctx().egui_wants_pointer_input() {
-        *ray = under_mouse.or(*ray);
-    }
-    let Some((camera, ray)) = *ray else {
+    let Some((camera, ray)) = mouse.ray else {
         ui.weak("there is no ray yet: move the mouse over the scene");
         return;
     };
     let settings = SceneQuerySettings::default();
     let (hit, nearest) = timed(|| scene.cast_ray(ray, &settings));
-    let ((), all) = timed(|| scene.cast_ray_all(ray, &settings, hits));
+    let ((), all) = timed(|| scene.cast_ray_all(ray, &settings, &mut hits));
     let trace = scene.trace_ray(ray, &settings);
     figures(
         ui,
