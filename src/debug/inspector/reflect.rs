@@ -43,6 +43,9 @@ impl Editor<'_> {
                     }
                 }
             }
+            ReflectMut::TupleStruct(fields) if fields.field_len() == 1 => {
+                has_changed = fields.field_mut(0).is_some_and(|field| self.edit(ui, field));
+            }
             ReflectMut::TupleStruct(fields) => {
                 for index in 0..fields.field_len() {
                     if let Some(field) = fields.field_mut(index) {
@@ -222,6 +225,7 @@ fn name_column(ui: &mut Ui, name: &str) {
 fn is_in_one_line(value: &dyn PartialReflect) -> bool {
     match value.reflect_ref() {
         ReflectRef::Opaque(_) => true,
+        ReflectRef::TupleStruct(value) => value.field_len() == 1 && value.iter_fields().all(is_in_one_line),
         ReflectRef::Enum(value) => {
             value.field_len() == 0 || value.iter_fields().all(|field| is_in_one_line(field.value()))
         }
