@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use bevy::{
     app::{PluginGroupBuilder, Plugins},
     camera::CameraPlugin,
+    diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore},
     gizmos::GizmoPlugin,
     image::ImagePlugin,
     input::InputPlugin,
@@ -145,7 +146,6 @@ fn any_other_plugin_that_is_added_twice_is_named_by_a_panic() {
     }
     check::<OcclusionPlugin>();
     check::<ProxyLodPlugin>();
-    check::<SightlineDiagnosticsPlugin>();
     check::<SightlineGizmosPlugin>();
     check::<SpatialPickingPlugin>();
     check::<ViewCullingPlugin>();
@@ -172,10 +172,15 @@ fn the_group_twice_or_with_a_plugin_of_its_own_is_named_by_a_panic() {
 }
 
 #[test]
-fn diagnostics_go_with_the_group() {
+fn diagnostics_may_be_added_again_by_whoever_shows_them() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SightlinePlugins));
     assert_eq!(complaint(&mut app, SightlineDiagnosticsPlugin), None);
+    assert_eq!(complaint(&mut app, SightlineDiagnosticsPlugin), None);
+    app.update();
+    let store = app.world().resource::<DiagnosticsStore>();
+    let sync = store.get(&DiagnosticPath::const_new("sightline/index/sync"));
+    assert_eq!(sync.map(Diagnostic::history_len), Some(1), "measured once a frame");
 }
 
 #[test]

@@ -83,12 +83,14 @@ fn app() -> App {
     let mut app = App::new();
     app.insert_resource(AppTypeRegistry::default())
         .add_plugins((MinimalPlugins, SightlinePlugins));
+    #[cfg(feature = "inspector")]
+    app.add_plugins(SightlineInspectorPlugin);
     app
 }
 
 /// What the plugins have registered of their own types, by name.
 fn registered(registry: &TypeRegistry) -> BTreeMap<&'static str, &TypeRegistration> {
-    let info = |registration: &TypeRegistration| registration.type_info().type_path_table().clone();
+    let info = |registration: &TypeRegistration| *registration.type_info().type_path_table();
     let ours = registry.iter().filter(|registration| {
         info(registration)
             .path()
@@ -102,6 +104,7 @@ fn registered(registry: &TypeRegistry) -> BTreeMap<&'static str, &TypeRegistrati
 fn is_left_out(declared: &Declared) -> bool {
     let has = |folder: &str| declared.file.components().any(|part| part.as_os_str() == folder);
     has("gizmos") && !cfg!(feature = "gizmos")
+        || has("inspector") && !cfg!(feature = "inspector")
         || has("simplify") && !cfg!(feature = "simplify")
         || has("sprite") && !cfg!(feature = "sprite")
 }

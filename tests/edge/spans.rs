@@ -74,10 +74,10 @@ fn app() -> App {
         app.add_plugins((GizmoPlugin, LightPlugin));
     });
     app.edit_schedule(PreUpdate, |schedule| {
-        _ = schedule.set_executor(SingleThreadedExecutor::new())
+        schedule.set_executor(SingleThreadedExecutor::new());
     })
     .edit_schedule(PostUpdate, |schedule| {
-        _ = schedule.set_executor(SingleThreadedExecutor::new())
+        schedule.set_executor(SingleThreadedExecutor::new());
     });
     app.world_mut().spawn(Camera3d::default());
     spawn_cube(&mut app, Vec3::NEG_Z * 10.0);

@@ -80,7 +80,11 @@ impl Side {
         let world = self.app.world_mut();
         for &thing in self.things.iter().skip(index % MOVING).step_by(MOVING) {
             let mut place = world.get_mut::<Transform>(thing).expect("a thing");
-            place.translation.y += if index / MOVING % 2 == 0 { 0.05 } else { -0.05 };
+            place.translation.y += if (index / MOVING).is_multiple_of(2) {
+                0.05
+            } else {
+                -0.05
+            };
         }
         let (took, ()) = time(|| self.app.update());
         let set = self.app.world().get::<VisibleSet>(self.camera).expect("a camera");

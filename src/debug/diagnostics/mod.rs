@@ -131,14 +131,22 @@ pub struct SightlineDiagnosticsSystems;
 
 /// Measures what all plugins of this crate do, in every frame: see [`diagnostics`](self).
 ///
-/// Needs no other plugin. [`SightlinePlugins`](crate::SightlinePlugins) do not add it.
+/// Needs no other plugin. [`SightlinePlugins`](crate::SightlinePlugins) do not add it. Adding it again does nothing, so that
+/// every tool that shows the figures may add it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SightlineDiagnosticsPlugin;
 
 impl Plugin for SightlineDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
+        if app.is_plugin_added::<Self>() {
+            return;
+        }
         visit_all(&mut Register(app));
         app.add_systems(Last, measure.in_set(SightlineDiagnosticsSystems));
+    }
+
+    fn is_unique(&self) -> bool {
+        false
     }
 }
 
