@@ -24,7 +24,7 @@
 //! [`EguiWantsInput`](bevy_egui::input::EguiWantsInput), or
 //! [`egui_wants_any_pointer_input`](bevy_egui::input::egui_wants_any_pointer_input) as a run condition.
 //!
-//! [`inspector_ui`] shows the same in a window of your own.
+//! [`inspector_ui`] shows the same in a window of your own: see [`SightlineInspector::panel`].
 
 mod census;
 mod comparison;
@@ -98,7 +98,7 @@ impl Plugin for SightlineInspectorPlugin {
             app.add_plugins(EguiPlugin::default());
         }
         if app.is_plugin_added::<EguiPlugin>() {
-            app.add_systems(EguiPrimaryContextPass, panel::show_panel.run_if(is_open));
+            app.add_systems(EguiPrimaryContextPass, panel::show_panel.run_if(has_panel));
         }
     }
 
@@ -116,6 +116,10 @@ fn can_render(app: &App) -> bool {
 
 fn is_open(inspector: Res<SightlineInspector>) -> bool {
     inspector.open
+}
+
+fn has_panel(inspector: Res<SightlineInspector>) -> bool {
+    inspector.open && inspector.panel
 }
 
 fn toggle(keys: Res<ButtonInput<KeyCode>>, mut inspector: ResMut<SightlineInspector>) {

@@ -12,6 +12,9 @@ use bevy::{
 pub struct SightlineInspector {
     /// Whether it is shown. False by default: then nothing is done for it.
     pub open: bool,
+    /// Whether it is a panel of its own while it is open. True by default; false for those who show
+    /// [`inspector_ui`](super::inspector_ui) in a window of theirs.
+    pub panel: bool,
     /// What opens and closes it. `F1` by default; `None` if the game does so by itself.
     pub key: Option<KeyCode>,
     /// Which tab is shown.
@@ -28,6 +31,7 @@ impl Default for SightlineInspector {
     fn default() -> Self {
         Self {
             open: false,
+            panel: true,
             key: Some(KeyCode::F1),
             tab: InspectorTab::default(),
             selected: None,

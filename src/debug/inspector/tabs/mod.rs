@@ -35,8 +35,12 @@ fn bytes(bytes: usize) -> String {
 #[derive(Debug)]
 pub(in crate::debug::inspector) struct Seldom<T> {
     value: T,
-    found: Option<Instant>,
+    /// When it was found out last, and how long that took.
+    found: Option<(Instant, Duration)>,
 }
+
+/// Finding it out may take this part of all time.
+const SHARE: u32 = 20;
 
 impl<T: Default> Default for Seldom<T> {
     fn default() -> Self {
@@ -48,11 +52,13 @@ impl<T: Default> Default for Seldom<T> {
 }
 
 impl<T> Seldom<T> {
-    /// The value, found out anew if that was longer ago than this.
+    /// The value, found out anew if that was longer ago than this, or than what it costs allows.
     fn get(&mut self, every: Duration, find: impl FnOnce(&mut T)) -> &T {
-        if self.found.is_none_or(|found| found.elapsed() >= every) {
+        let is_old = |(at, took): (Instant, Duration)| at.elapsed() >= every.max(took * SHARE);
+        if self.found.is_none_or(is_old) {
+            let start = Instant::now();
             find(&mut self.value);
-            self.found = Some(Instant::now());
+            self.found = Some((Instant::now(), start.elapsed()));
         }
         &self.value
     }
