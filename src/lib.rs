@@ -5,7 +5,7 @@
 //! Arrows point downward only: what is below knows nothing of what is above.
 //!
 //! ```text
-//!       debug                               what all others are about, in lines and figures
+//!       debug                               what all others are about, in lines, figures and a panel
 //!         |
 //!      sprite                               ECS plugins
 //!         |
