@@ -8,20 +8,29 @@ use crate::{command_line::number, shared};
 
 const HELP: &str = "\
 Options of the city:
-  --headless       no window: sweep a synthetic pointer and print a report
-  --blocks N       N x N blocks of houses (16: 17,000 things)
-  --frames N       frames of the headless sweep (600)
-  --report FILE    write the report as JSON too
+  --headless       no window: check everything with a synthetic pointer, and print a report
+  --entities N     about so many things, from 1000 to 1000000 (17000)
+  --plain          on Bevy's built-ins alone, for comparison
+  --report         no window: fly through the city with bevy_sightline and with Bevy's built-ins, frame by frame in turn,
+                   and print how long each stage takes
+  --frames N       frames of the headless sweep, or of the flight (600)
+  --json FILE      write what is reported as JSON too
   --picture FILE   where to put the headless picture (out/city.png)
   --help           this text";
+
+/// The things in a block, with those that travel along it.
+const THINGS_IN_BLOCK: f32 = 66.0;
 
 /// What the command line says.
 #[derive(Resource, Clone, Debug)]
 pub struct Options {
     pub headless: bool,
+    pub plain: bool,
+    pub report: bool,
+    /// Along each side.
     pub blocks: u32,
     pub frames: u32,
-    pub report: Option<PathBuf>,
+    pub json: Option<PathBuf>,
     pub picture: PathBuf,
 }
 
@@ -30,18 +39,25 @@ impl Options {
     pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Option<Self>, String> {
         let mut options = Self {
             headless: !shared::has_display(),
-            blocks: 16,
+            plain: false,
+            report: false,
+            blocks: blocks_of(17_000),
             frames: 600,
-            report: None,
+            json: None,
             picture: "out/city.png".into(),
         };
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value\n\n{HELP}"));
             match argument.as_str() {
                 "--headless" => options.headless = true,
-                "--blocks" => options.blocks = number(&value()?, HELP)?,
+                "--entities" => match number(&value()?, HELP)? {
+                    entities @ 1_000..=1_000_000 => options.blocks = blocks_of(entities),
+                    other => return Err(format!("{other} is not between 1000 and 1000000\n\n{HELP}")),
+                },
+                "--plain" => options.plain = true,
+                "--report" => options.report = true,
                 "--frames" => options.frames = number(&value()?, HELP)?,
-                "--report" => options.report = Some(value()?.into()),
+                "--json" => options.json = Some(value()?.into()),
                 "--picture" => options.picture = value()?.into(),
                 "--help" | "-h" => {
                     println!("{HELP}");
@@ -50,6 +66,12 @@ impl Options {
                 other => return Err(format!("unknown option {other}\n\n{HELP}")),
             }
         }
+        options.headless |= options.report;
         Ok(Some(options))
     }
+}
+
+/// How many blocks along each side have about so many things.
+fn blocks_of(entities: u32) -> u32 {
+    (entities as f32 / THINGS_IN_BLOCK).sqrt().round().max(2.0) as u32
 }

@@ -12,15 +12,19 @@ pub const PITCH: f32 = 84.0;
 pub const STREET: f32 = 12.0;
 /// From the kerb to the lots.
 pub const PAVEMENT: f32 = 6.0;
+/// How many blocks of a district are not alike.
+pub const DESIGNS: u32 = 256;
 
 /// One thing in the city: the name of its model, and where it stands.
 pub struct Placement {
     pub model: &'static str,
     pub transform: Transform,
+    /// The number of its block.
+    pub block: u32,
 }
 
 /// What a block is used for.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub enum District {
     Downtown,
     Midtown,
@@ -61,10 +65,11 @@ impl Plan {
     /// Everything that does not move.
     pub fn placements(&self) -> Vec<Placement> {
         let mut placements = Vec::new();
-        for (index, (center, district)) in self.districts().enumerate() {
+        for (number, (center, district)) in (0..).zip(self.districts()) {
             let mut block = Block {
+                number,
                 center,
-                rng: ChaCha8Rng::seed_from_u64(1000 + index as u64),
+                rng: ChaCha8Rng::seed_from_u64(u64::from(1000 + number % DESIGNS)),
                 placements: &mut placements,
             };
             block.build(district);
@@ -76,6 +81,7 @@ impl Plan {
 
 /// A block that is being filled.
 struct Block<'a> {
+    number: u32,
     center: Vec3,
     rng: ChaCha8Rng,
     placements: &'a mut Vec<Placement>,
@@ -98,6 +104,7 @@ impl Block<'_> {
                 rotation: Quat::from_rotation_y(yaw),
                 scale,
             },
+            block: self.number,
         });
     }
 

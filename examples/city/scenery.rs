@@ -1,7 +1,7 @@
 //! Builds what stands still: models from glTF, ground, light and camera.
 
 use bevy::{
-    camera_controller::free_camera::FreeCamera, gltf::GltfAssetLabel, light::GlobalAmbientLight,
+    asset::AssetPath, camera_controller::free_camera::FreeCamera, gltf::GltfAssetLabel, light::GlobalAmbientLight,
     platform::collections::HashMap, prelude::*,
 };
 
@@ -26,13 +26,54 @@ pub struct Models {
 impl Models {
     /// The mesh of a model.
     pub fn mesh(&mut self, assets: &AssetServer, name: &'static str) -> Mesh3d {
-        let load = || {
-            let primitive = GltfAssetLabel::Primitive { mesh: 0, primitive: 0 };
-            assets.load(primitive.from_asset(format!("{name}.glb")))
-        };
+        let load = || assets.load(file_of(name, 0));
         Mesh3d(self.meshes.entry(name).or_insert_with(load).clone())
     }
 }
+
+/// Where the mesh of a model is, at one of its three levels of detail, of which zero is the finest.
+pub fn file_of(name: &str, level: usize) -> AssetPath<'static> {
+    let mesh = GltfAssetLabel::Primitive {
+        mesh: level,
+        primitive: 0,
+    };
+    mesh.from_asset(format!("{name}.glb"))
+}
+
+/// Whether a model is a building, which hides what is behind it.
+#[allow(dead_code, reason = "not every example asks")]
+pub fn is_building(name: &str) -> bool {
+    const BUILDINGS: [&str; 12] = [
+        "apartment_block",
+        "arch_gate",
+        "church",
+        "corner_shop",
+        "office_block",
+        "pavilion_dome",
+        "row_house",
+        "tower_glass",
+        "tower_round",
+        "tower_stepped",
+        "tower_twisted",
+        "warehouse",
+    ];
+    BUILDINGS.contains(&name)
+}
+
+/// Something in the city.
+#[derive(Component, Clone, Copy)]
+#[allow(dead_code, reason = "not every example asks what a thing is")]
+pub struct Thing {
+    /// The name of its model.
+    pub model: &'static str,
+    /// The number of its block, if it stays in one.
+    pub block: Option<u32>,
+}
+
+/// The ground of the block of this number.
+#[derive(Component)]
+#[allow(dead_code, reason = "not every example asks")]
+pub struct Slab(pub u32);
 
 /// Part of the ground: shown under the mouse, and not to be selected.
 #[derive(Component)]
@@ -62,6 +103,10 @@ fn build(mut commands: Commands, options: Res<Options>, assets: Res<AssetServer>
     for (number, placement) in plan.placements().into_iter().enumerate() {
         commands.spawn((
             Name::new(format!("{} {number}", placement.model)),
+            Thing {
+                model: placement.model,
+                block: Some(placement.block),
+            },
             models.mesh(&assets, placement.model),
             MeshMaterial3d(models.painted.clone()),
             placement.transform,
@@ -106,11 +151,12 @@ fn lay_ground(
         MeshMaterial3d(asphalt),
     ));
     let block = meshes.add(Cuboid::new(PITCH - STREET, 0.3, PITCH - STREET));
-    for (number, (center, district)) in plan.districts().enumerate() {
+    for (number, (center, district)) in (0..).zip(plan.districts()) {
         let green = matches!(district, District::Park | District::Houses);
         commands.spawn((
             Name::new(format!("block {number}")),
             Ground,
+            Slab(number),
             Mesh3d(block.clone()),
             MeshMaterial3d(if green { grass.clone() } else { pavement.clone() }),
             Transform::from_translation(center),

@@ -10,7 +10,7 @@ use crate::{
     interaction::Dragged,
     options::Options,
     plan::{PITCH, Plan, STREET},
-    scenery::Models,
+    scenery::{Models, Thing},
 };
 
 /// Goes along its own +z at a steady speed, and enters the city again on the other side.
@@ -24,7 +24,7 @@ pub fn plugin(app: &mut App) {
         .add_systems(Update, travel);
 }
 
-fn spawn_travellers(
+pub fn spawn_travellers(
     mut commands: Commands,
     options: Res<Options>,
     assets: Res<AssetServer>,
@@ -32,6 +32,7 @@ fn spawn_travellers(
 ) {
     let plan = Plan { blocks: options.blocks };
     let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut number = 0;
     for street in 0..=options.blocks {
         let across = street as f32 * PITCH - plan.half_size();
         for heading in 0..4 {
@@ -42,12 +43,14 @@ fn spawn_travellers(
                 // On the right-hand side, as seen along the way.
                 let place = turn * Vec3::new(across - from_middle, height, along);
                 commands.spawn((
-                    Name::new(model),
+                    Name::new(format!("{model} on the way {number}")),
+                    Thing { model, block: None },
                     Traveller { speed },
                     models.mesh(&assets, model),
                     MeshMaterial3d(models.painted.clone()),
                     Transform::from_translation(place).with_rotation(turn),
                 ));
+                number += 1;
             };
             for car in 0..6 {
                 let (model, speed) = if car % 3 == 2 {

@@ -21,6 +21,7 @@ use crate::{
     panel::panel,
     plan::Plan,
     stopwatch::{Method, Stopwatch},
+    times::Times,
     views::MARKS,
 };
 
@@ -163,6 +164,7 @@ fn tell(
     mut text: Single<&mut Text, With<Figures>>,
 ) {
     let mark = |chosen| if chosen { ">" } else { " " };
+    let tell = |times: &Times| times.tell(3, "...");
     let Counts {
         inside,
         across,
@@ -176,13 +178,15 @@ fn tell(
         String::new()
     };
     text.0 = format!(
-        "{} bevy_sightline: {ours}, and {} for the index\n\
-         {} Bevy: {bevy}{times}\n\
+        "{} bevy_sightline: {} a frame, and {} for the index\n\
+         {} Bevy: {} a frame{times}\n\
          {} of {} things kept\n\
          {} nodes looked at: {inside} inside, {outside} outside, {across} across\n\n{HELP}",
         mark(settings.enabled),
-        watch.index(),
+        tell(ours),
+        tell(watch.index()),
         mark(!settings.enabled),
+        tell(bevy),
         flying.len(TypeId::of::<Mesh3d>()),
         index.len(),
         inside + across + outside,

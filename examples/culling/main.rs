@@ -28,6 +28,8 @@ mod plan;
 mod scenery;
 #[path = "../shared/mod.rs"]
 mod shared;
+#[path = "../shared/times.rs"]
+mod times;
 
 mod drawing;
 mod headless;

@@ -1,6 +1,6 @@
 //! How long culling takes in each frame, with either method.
 
-use std::{collections::VecDeque, fmt, time::Instant};
+use std::time::Instant;
 
 use bevy::{camera::visibility::VisibilitySystems, prelude::*};
 use bevy_sightline::{
@@ -8,8 +8,7 @@ use bevy_sightline::{
     prelude::*,
 };
 
-/// The frames of which the median is told.
-const FRAMES: usize = 120;
+use crate::times::Times;
 
 /// Who culls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,40 +27,6 @@ pub struct Stopwatch {
     bevy: Times,
     sightline: Times,
     index: Times,
-}
-
-/// The times of some frames.
-#[derive(Default)]
-pub struct Times(VecDeque<f32>);
-
-impl Times {
-    fn add(&mut self, ms: f32) {
-        if self.0.len() == FRAMES {
-            self.0.pop_front();
-        }
-        self.0.push_back(ms);
-    }
-
-    /// The number of frames that are remembered.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// NaN while there is none.
-    pub fn median(&self) -> f32 {
-        let mut sorted: Vec<f32> = self.0.iter().copied().collect();
-        sorted.sort_unstable_by(f32::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or(f32::NAN)
-    }
-}
-
-impl fmt::Display for Times {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.len() {
-            0 => write!(f, "not measured yet"),
-            _ => write!(f, "{:.3} ms a frame", self.median()),
-        }
-    }
 }
 
 impl Stopwatch {

@@ -3,13 +3,16 @@
 use bevy::{
     camera::{Viewport, visibility::RenderLayers},
     camera_controller::free_camera::FreeCamera,
-    gltf::GltfAssetLabel,
     prelude::*,
     window::PrimaryWindow,
 };
 use bevy_sightline::prelude::*;
 
-use crate::{kinds::MARKS, plan::PITCH, scenery::Ground};
+use crate::{
+    kinds::MARKS,
+    plan::PITCH,
+    scenery::{Thing, file_of, is_building},
+};
 
 /// The part of the window that the second camera has, in width and height, and its distance from the edges in pixels.
 const INSET: f32 = 0.26;
@@ -25,21 +28,14 @@ pub fn plugin(app: &mut App) {
 }
 
 /// Has all buildings occlude, and gives everything the levels of detail that its model has.
-fn dress(mut commands: Commands, things: Query<(Entity, &Name, &Mesh3d), Without<Ground>>, assets: Res<AssetServer>) {
-    for (entity, name, mesh) in &things {
-        let model = name.split(' ').next().unwrap_or_default();
-        let level = |mesh: usize| -> Handle<Mesh> {
-            let primitive = GltfAssetLabel::Primitive { mesh, primitive: 0 };
-            assets.load(primitive.from_asset(format!("{model}.glb")))
-        };
+fn dress(mut commands: Commands, things: Query<(Entity, &Thing, &Mesh3d)>, assets: Res<AssetServer>) {
+    for (entity, thing, mesh) in &things {
+        let level = |level: usize| -> Handle<Mesh> { assets.load(file_of(thing.model, level)) };
         let levels = ProxyLod::new(LodMetric::Height, mesh.0.clone())
             .then(0.25, level(1))
             .then(0.10, level(2));
         commands.entity(entity).insert(levels);
-        let is_building = ["tower", "house", "block", "shop", "warehouse", "church"]
-            .iter()
-            .any(|part| model.contains(part));
-        if is_building {
+        if is_building(thing.model) {
             commands.entity(entity).insert(Occluder::Auto);
         }
     }

@@ -3,7 +3,6 @@
 use bevy::{
     camera_controller::free_camera::{FreeCamera, FreeCameraState},
     input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
-    math::cubic_splines::{CubicCardinalSpline, CubicCurve, CyclicCubicGenerator},
     prelude::*,
     window::PrimaryWindow,
 };
@@ -13,6 +12,7 @@ use crate::{
     by_hand,
     options::Options,
     plan::Plan,
+    route::Route,
     views::{Bird, Player},
 };
 
@@ -40,29 +40,13 @@ const POINTS: [[f32; 3]; 10] = [
     [-0.22, 40.0, 0.70],
 ];
 
-/// A closed way.
-#[derive(Resource)]
-pub struct Route(CubicCurve<Vec3>);
-
-impl Route {
-    pub fn new(blocks: u32) -> Self {
-        let plan = Plan { blocks };
-        let points = POINTS.map(|[x, y, z]| {
-            let [x, z] = [x, z].map(|part| part * plan.half_size());
-            Vec3::new(plan.main_street() + x, y, z)
-        });
-        let curve = CubicCardinalSpline::new_catmull_rom(points).to_curve_cyclic();
-        Self(curve.expect("more than two points"))
-    }
-
-    /// The eye after a part of the way, which runs from 0 to 1 and on.
-    pub fn place(&self, part: f32) -> Transform {
-        let at = |part: f32| self.0.position(part.rem_euclid(1.0) * self.0.segments().len() as f32);
-        let eye = at(part);
-        let ahead = (at(part + 0.03) - eye).with_y(0.0).normalize_or(Vec3::NEG_Z);
-        // The higher, the more it looks down.
-        Transform::from_translation(eye).looking_to(ahead - Vec3::Y * (0.006 * eye.y).min(0.5), Vec3::Y)
-    }
+/// The way through a city of so many blocks.
+pub fn route(blocks: u32) -> Route {
+    let plan = Plan { blocks };
+    Route::through(POINTS.map(|[x, y, z]| {
+        let [x, z] = [x, z].map(|part| part * plan.half_size());
+        Vec3::new(plan.main_street() + x, y, z)
+    }))
 }
 
 /// Where a player that stays in one place is, after so many seconds.

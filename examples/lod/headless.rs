@@ -4,9 +4,11 @@ use bevy::prelude::*;
 use bevy_sightline::prelude::*;
 
 use crate::{
-    flight::{Route, swing},
+    flight::swing,
     options::Options,
-    picture, shared,
+    picture,
+    route::Route,
+    shared,
     tally::{Counter, Switches, Tally},
     views::{Bird, Player},
 };

@@ -29,8 +29,12 @@ mod by_hand;
 mod command_line;
 #[path = "../shared/picture.rs"]
 mod ray_cast_picture;
+#[path = "../shared/route.rs"]
+mod route;
 #[path = "../shared/mod.rs"]
 mod shared;
+#[path = "../shared/times.rs"]
+mod times;
 
 mod controls;
 mod figures;

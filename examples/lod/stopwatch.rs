@@ -1,6 +1,6 @@
 //! How long frames take, with levels and with everything at the finest.
 
-use std::{collections::VecDeque, fmt};
+use std::fmt;
 
 use bevy::{
     prelude::*,
@@ -13,12 +13,13 @@ use crate::{
     controls::{has_levels, set_levels},
     flight::Flight,
     options::Options,
+    times::Times,
 };
 
-/// The frames of which the median is told.
-const FRAMES: usize = 100;
 /// Frames that are not counted after a switch: pipelines are made and meshes go to the GPU.
 const UNTOLD: u32 = 4;
+/// In the place of a time that was not measured yet.
+const UNKNOWN: &str = "not measured";
 
 /// Times of the last frames.
 #[derive(Resource, Default)]
@@ -28,37 +29,13 @@ pub struct Stopwatch {
     since_switch: u32,
 }
 
-/// In milliseconds.
-#[derive(Default)]
-struct Times(VecDeque<f32>);
-
-impl Times {
-    fn add(&mut self, ms: f32) {
-        if self.0.len() == FRAMES {
-            self.0.pop_front();
-        }
-        self.0.push_back(ms);
-    }
-}
-
-impl fmt::Display for Times {
-    /// The median.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut sorted: Vec<f32> = self.0.iter().copied().collect();
-        sorted.sort_unstable_by(f32::total_cmp);
-        match sorted.get(sorted.len() / 2) {
-            Some(median) => write!(f, "{median:.1} ms"),
-            None => write!(f, "not measured"),
-        }
-    }
-}
-
 impl fmt::Display for Stopwatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
             "frames: {} with levels, {} all at the finest",
-            self.with_levels, self.all_finest
+            self.with_levels.tell(1, UNKNOWN),
+            self.all_finest.tell(1, UNKNOWN)
         )
     }
 }

@@ -11,7 +11,7 @@ use bevy::{
 use bevy_sightline::prelude::*;
 
 use crate::{
-    flight::{Flight, Route},
+    flight::{self, Flight},
     options::Options,
     town::SKY,
 };
@@ -45,7 +45,7 @@ pub fn window_plugin(app: &mut App) {
 }
 
 fn set_up(mut commands: Commands, options: Res<Options>) {
-    let route = Route::new(options.blocks);
+    let route = flight::route(options.blocks);
     let projection = || {
         Projection::from(PerspectiveProjection {
             far: 3000.0,

@@ -2,12 +2,13 @@
 
 use std::{f32::consts::TAU, time::Instant};
 
-use bevy::{input::mouse::MouseButton, math::DVec3, platform::collections::HashMap, prelude::*, window::PrimaryWindow};
+use bevy::{math::DVec3, platform::collections::HashMap, prelude::*};
 use bevy_sightline::prelude::*;
 
 use crate::{
-    marquee::{Choice, Marquee, Selection},
+    marquee::{Choice, Selection},
     oracle::Eye,
+    outline::{Marquee, draw_by_script},
     scenery::Ground,
     shared,
 };
@@ -30,7 +31,7 @@ pub fn run(mut app: App) -> AppExit {
         .map(|angle| middle + Vec2::from_angle(angle) * Vec2::new(330.0, 230.0) * (0.62 + 0.38 * (angle / 2.0).cos()))
         .collect();
     for (name, places, is_lasso) in [("box", &with_box[..], false), ("lasso", &lasso, true)] {
-        draw(&mut app, places, is_lasso);
+        draw_by_script(&mut app, is_lasso.then_some(KeyCode::ShiftLeft), places);
         for mode in [SelectionMode::Touching, SelectionMode::Enclosed] {
             app.world_mut().resource_mut::<Choice>().0.mode = mode;
             app.update();
@@ -46,35 +47,6 @@ pub fn run(mut app: App) -> AppExit {
         app.world_mut().resource_mut::<Choice>().0.mode = SelectionMode::Touching;
     }
     AppExit::Success
-}
-
-/// Moves the mouse from place to place with the left button held, one in a frame.
-fn draw(app: &mut App, places: &[Vec2], is_lasso: bool) {
-    let world = app.world_mut();
-    let mut windows = world.query_filtered::<Entity, With<PrimaryWindow>>();
-    let window = windows.single(world).expect("the window plugin makes one window");
-    let shift = KeyCode::ShiftLeft;
-    let mut keys = world.resource_mut::<ButtonInput<KeyCode>>();
-    if is_lasso {
-        keys.press(shift);
-    }
-    world
-        .resource_mut::<ButtonInput<MouseButton>>()
-        .press(MouseButton::Left);
-    for &place in places {
-        app.world_mut().write_message(CursorMoved {
-            window,
-            position: place,
-            delta: None,
-        });
-        app.update();
-    }
-    let world = app.world_mut();
-    world.resource_mut::<ButtonInput<KeyCode>>().release(shift);
-    world
-        .resource_mut::<ButtonInput<MouseButton>>()
-        .release(MouseButton::Left);
-    app.update();
 }
 
 /// Whether every triangle says the same as the selection.

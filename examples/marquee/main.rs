@@ -24,6 +24,8 @@ mod options;
 #[allow(dead_code, reason = "the tests of the library ask more of it")]
 #[path = "../../tests/selection/oracle.rs"]
 mod oracle;
+#[path = "../shared/outline.rs"]
+mod outline;
 #[path = "../shared/panel.rs"]
 mod panel;
 #[path = "../city/plan.rs"]

@@ -1,23 +1,14 @@
-//! Drawing a box or a lasso with the mouse, and selecting what it touches.
+//! Selecting what a box or a lasso touches while it is drawn.
 
 use std::time::Instant;
 
-use bevy::{color::palettes::tailwind::AMBER_400, prelude::*, window::PrimaryWindow};
+use bevy::{color::palettes::tailwind::AMBER_400, prelude::*};
 use bevy_sightline::prelude::*;
 
-use crate::scenery::{Ground, Models};
-
-/// How far the mouse moves, in pixels, before a lasso gets another corner.
-const STEP: f32 = 3.0;
-
-/// What is being drawn, or was last.
-#[derive(Resource, Default)]
-pub struct Marquee {
-    /// Two opposite corners, or of a lasso all.
-    places: Vec<Vec2>,
-    is_lasso: bool,
-    pub is_drawing: bool,
-}
+use crate::{
+    outline::{Marquee, Mouse, Outline},
+    scenery::{Ground, Models},
+};
 
 /// How things are selected.
 #[derive(Resource, Default)]
@@ -30,38 +21,6 @@ pub struct Selection {
     pub micros: f64,
 }
 
-impl Marquee {
-    fn begin(&mut self, place: Vec2, is_lasso: bool) {
-        self.places.clear();
-        self.places.push(place);
-        (self.is_lasso, self.is_drawing) = (is_lasso, true);
-    }
-
-    fn draw_to(&mut self, place: Vec2) {
-        if !self.is_lasso {
-            self.places.truncate(1);
-            self.places.push(place);
-        } else if self.places.last().is_none_or(|last| last.distance(place) >= STEP) {
-            self.places.push(place);
-        }
-    }
-
-    /// The corners of the outline, in logical pixels.
-    pub fn corners(&self) -> Vec<Vec2> {
-        match self.places[..] {
-            [a, b] if !self.is_lasso => vec![a, Vec2::new(b.x, a.y), b, Vec2::new(a.x, b.y)],
-            _ => self.places.clone(),
-        }
-    }
-
-    fn region(&self) -> Option<ScreenRegion> {
-        match self.places[..] {
-            [a, b] if !self.is_lasso => Some(ScreenRegion::rect(a, b)),
-            _ => ScreenRegion::polygon(&self.places).ok(),
-        }
-    }
-}
-
 pub fn plugin(app: &mut App) {
     app.init_resource::<Marquee>()
         .init_resource::<Choice>()
@@ -70,29 +29,9 @@ pub fn plugin(app: &mut App) {
         .add_systems(Update, (draw, choose, select).chain());
 }
 
-fn draw(
-    mouse: Res<ButtonInput<MouseButton>>,
-    keys: Res<ButtonInput<KeyCode>>,
-    window: Single<&Window, With<PrimaryWindow>>,
-    mut moves: MessageReader<CursorMoved>,
-    mut marquee: ResMut<Marquee>,
-) {
-    // All of them, so that a lasso is as fine as the hand that draws it, whatever the frame rate.
-    let mut places = moves.read().map(|moved| moved.position);
-    if !mouse.pressed(MouseButton::Left) {
-        marquee.is_drawing = false;
-        return;
-    }
-    if !marquee.is_drawing {
-        let Some(place) = places.next().or(window.cursor_position()) else {
-            return;
-        };
-        let is_lasso = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
-        marquee.begin(place, is_lasso);
-    }
-    for place in places {
-        marquee.draw_to(place);
-    }
+fn draw(mut mouse: Mouse, keys: Res<ButtonInput<KeyCode>>, mut marquee: ResMut<Marquee>) {
+    let is_lasso = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    marquee.follow(&mut mouse, Some(if is_lasso { Outline::Lasso } else { Outline::Box }));
 }
 
 fn choose(keys: Res<ButtonInput<KeyCode>>, mut choice: ResMut<Choice>) {

@@ -11,6 +11,9 @@ const HELP: &str = "\
 O: occlusion  M: mode  R: resolution  V: small pictures
 Space: walk   W A S D E Q, right mouse button: go yourself";
 
+/// In the place of a time that was not measured yet.
+const UNKNOWN: &str = "... ms (press O)";
+
 #[derive(Component)]
 struct Figures;
 
@@ -55,9 +58,9 @@ fn tell(
         index.len(),
         seen + hidden,
         mark(buffer.is_some()),
-        watch.with_occlusion,
+        watch.with_occlusion.tell(2, UNKNOWN),
         mark(buffer.is_none()),
-        watch.without,
+        watch.without.tell(2, UNKNOWN),
         resolution.x,
         resolution.y,
         stats.occluders,

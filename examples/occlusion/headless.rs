@@ -6,6 +6,7 @@ use bevy::prelude::*;
 use bevy_sightline::{occlusion::OcclusionStats, prelude::*};
 
 use crate::{
+    look::Rays,
     options::Options,
     picture, shared,
     sight::Sight,
@@ -21,14 +22,6 @@ const RAYS: UVec2 = UVec2::new(192, 108);
 struct Frame {
     sight: Sight,
     stats: OcclusionStats,
-}
-
-/// What rays from the eye have met.
-#[derive(Default)]
-struct Rays {
-    cast: usize,
-    /// Those that met what was hidden.
-    missed: usize,
 }
 
 /// Walks one round with occlusion and one without, and prints what was seen and how long it took.
@@ -107,18 +100,7 @@ fn look_around(
     walker: Single<(&Camera, &GlobalTransform, &VisibleSet), With<Walker>>,
     scene: SceneQuery,
 ) {
-    let (camera, transform, visible) = *walker;
-    let Some(size) = camera.logical_viewport_size() else {
-        return;
-    };
-    for place in (0..RAYS.y).flat_map(|y| (0..RAYS.x).map(move |x| UVec2::new(x, y))) {
-        let pixel = (place.as_vec2() + 0.5) / RAYS.as_vec2() * size;
-        if let Ok(ray) = camera.viewport_to_world(transform, pixel) {
-            let hit = scene.cast_ray(ray, &SceneQuerySettings::default());
-            rays.cast += 1;
-            rays.missed += usize::from(hit.is_some_and(|hit| !visible.contains(hit.entity)));
-        }
-    }
+    rays.look(*walker, &scene, RAYS);
 }
 
 fn draw(app: &mut App, file: PathBuf) -> Result<(), String> {

@@ -21,6 +21,8 @@
 mod by_hand;
 #[path = "../shared/command_line.rs"]
 mod command_line;
+#[path = "../shared/look.rs"]
+mod look;
 #[path = "../shared/panel.rs"]
 mod panel;
 #[path = "../city/plan.rs"]
@@ -31,6 +33,8 @@ mod ray_cast_picture;
 mod scenery;
 #[path = "../shared/mod.rs"]
 mod shared;
+#[path = "../shared/times.rs"]
+mod times;
 
 mod controls;
 mod figures;

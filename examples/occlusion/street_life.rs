@@ -10,34 +10,17 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     options::Options,
     plan::{District, PAVEMENT, PITCH, Plan, STREET},
-    scenery::Models,
+    scenery::{Models, Thing, is_building},
 };
-
-/// The models that hide what is behind them.
-const BUILDINGS: [&str; 12] = [
-    "apartment_block",
-    "arch_gate",
-    "church",
-    "corner_shop",
-    "office_block",
-    "pavilion_dome",
-    "row_house",
-    "tower_glass",
-    "tower_round",
-    "tower_stepped",
-    "tower_twisted",
-    "warehouse",
-];
 
 pub fn plugin(app: &mut App) {
     app.add_systems(PostStartup, (make_occluders, furnish));
 }
 
 /// That is all that it takes.
-fn make_occluders(mut commands: Commands, things: Query<(Entity, &Name)>) {
-    for (entity, name) in &things {
-        let model = name.split(' ').next().unwrap_or_default();
-        if BUILDINGS.contains(&model) {
+fn make_occluders(mut commands: Commands, things: Query<(Entity, &Thing)>) {
+    for (entity, thing) in &things {
+        if is_building(thing.model) {
             commands.entity(entity).insert(Occluder::Auto);
         }
     }

@@ -95,6 +95,6 @@ fn is_loaded(world: &mut World) -> Result<bool, String> {
     }
     let assets = world.resource::<Assets<Mesh>>();
     let meshes_are_there = meshes.iter(world).len() > 0 && meshes.iter(world).all(|mesh| assets.contains(mesh));
-    let built = world.resource::<MeshBvhs>().building() == 0;
+    let built = world.get_resource::<MeshBvhs>().is_none_or(|bvhs| bvhs.building() == 0);
     Ok(scenes_are_there && meshes_are_there && built)
 }

@@ -12,6 +12,14 @@ pub type Step = (Vec2, Option<PointerAction>);
 
 /// Runs a headless app for one frame per step.
 pub fn play(app: &mut App, steps: impl IntoIterator<Item = Step>) {
+    for step in steps {
+        act(app, step);
+        app.update();
+    }
+}
+
+/// Has the pointer do something in the next frame.
+pub fn act(app: &mut App, (place, action): Step) {
     let world = app.world_mut();
     let mut windows = world.query_filtered::<(Entity, &Window), With<PrimaryWindow>>();
     let (window, size) = windows
@@ -19,17 +27,13 @@ pub fn play(app: &mut App, steps: impl IntoIterator<Item = Step>) {
         .map(|(entity, window)| (entity, window.size()))
         .expect("the window plugin makes one window");
     let window = WindowRef::Entity(window).normalize(None).expect("a window entity");
-    for (place, action) in steps {
-        let location = Location {
-            target: NormalizedRenderTarget::Window(window),
-            position: place * size,
-        };
-        let moved = PointerAction::Move { delta: Vec2::ONE };
-        for action in std::iter::once(moved).chain(action) {
-            app.world_mut()
-                .write_message(PointerInput::new(PointerId::Mouse, location.clone(), action));
-        }
-        app.update();
+    let location = Location {
+        target: NormalizedRenderTarget::Window(window),
+        position: place * size,
+    };
+    let moved = PointerAction::Move { delta: Vec2::ONE };
+    for action in std::iter::once(moved).chain(action) {
+        world.write_message(PointerInput::new(PointerId::Mouse, location.clone(), action));
     }
 }
 
