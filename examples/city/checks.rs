@@ -86,11 +86,7 @@ pub fn check_box(app: &mut App) -> Result<usize, String> {
         Vec2::new(880.0, 560.0),
     ];
     let mut draw = |mode, precision| {
-        app.world_mut().resource_mut::<Selecting>().settings = SelectionSettings {
-            mode,
-            precision,
-            ..default()
-        };
+        app.world_mut().resource_mut::<Selecting>().settings = SelectionSettings { mode, precision };
         draw_by_script(app, Some(KeyCode::ShiftLeft), &places);
         let mut found = selected(app);
         found.sort_unstable();

@@ -18,8 +18,9 @@ Options of the city:
   --picture FILE   where to put the headless picture (out/city.png)
   --help           this text";
 
-/// The things in a block, with those that travel along it.
-const THINGS_IN_BLOCK: f32 = 66.0;
+/// The things in a block, and in a street along the whole city, roughly.
+const IN_BLOCK: f32 = 64.0;
+const IN_STREET: f32 = 44.0;
 
 /// What the command line says.
 #[derive(Resource, Clone, Debug)]
@@ -71,7 +72,9 @@ impl Options {
     }
 }
 
-/// How many blocks along each side have about so many things.
+/// How many blocks along each side have about so many things, with a street more than blocks.
 fn blocks_of(entities: u32) -> u32 {
-    (entities as f32 / THINGS_IN_BLOCK).sqrt().round().max(2.0) as u32
+    let others = entities as f32 - IN_STREET;
+    let blocks = ((IN_STREET * IN_STREET + 4.0 * IN_BLOCK * others).sqrt() - IN_STREET) / (2.0 * IN_BLOCK);
+    blocks.round().max(2.0) as u32
 }

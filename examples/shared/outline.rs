@@ -113,7 +113,7 @@ pub fn draw_by_script(app: &mut App, held: Option<KeyCode>, places: &[Vec2]) {
             window,
         });
         let mut keys = app.world_mut().resource_mut::<ButtonInput<KeyCode>>();
-        for key in held {
+        if let Some(key) = held {
             match state {
                 ButtonState::Pressed => keys.press(key),
                 ButtonState::Released => keys.release(key),
