@@ -1,6 +1,6 @@
 //! The panels: what there is and what it costs, and the keys.
 
-use std::time::Duration;
+use std::{any::TypeId, time::Duration};
 
 use bevy::{
     camera::visibility::{VisibilityRange, VisibleEntities},
@@ -9,7 +9,6 @@ use bevy::{
     time::common_conditions::on_timer,
 };
 use bevy_sightline::prelude::*;
-use std::any::TypeId;
 
 use crate::{
     blocks::Proxy,
@@ -18,12 +17,13 @@ use crate::{
     flight::Flight,
     interaction::Selected,
     levels::OtherLevel,
-    panel::{panel, panel_at_bottom},
+    panel::{Corner, panel_at},
     scenery::Thing,
     stopwatch::{Stage, Stopwatch},
 };
 
 const FLY: &str = "W A S D E Q, right mouse button: fly";
+const FONT_SIZE: f32 = 13.0;
 
 /// The text at the top.
 #[derive(Component)]
@@ -50,8 +50,8 @@ pub fn window_plugin(app: &mut App) {
 }
 
 fn spawn(mut commands: Commands) {
-    commands.spawn(panel(Figures, "loading"));
-    commands.spawn(panel_at_bottom(Keys, FLY));
+    commands.spawn(panel_at(Corner::TopLeft, FONT_SIZE, Figures, "loading"));
+    commands.spawn(panel_at(Corner::BottomLeft, FONT_SIZE, Keys, FLY));
 }
 
 /// H hides the panels and shows them again.
@@ -106,25 +106,20 @@ fn tell(
     }
     let hidden = occlusion.map_or("-".into(), |buffer| grouped(buffer.stats().hidden));
     let hit = pointers.iter().find_map(PointerInteraction::get_nearest_hit);
-    let under = hit.and_then(|(entity, hit)| Some((names.get(*entity).ok()?, hit)));
-    let under = under.filter(|(name, _)| name.name.is_some());
-    let under = under.map_or("nothing".into(), |(name, hit)| {
-        format!("{name}, {:.1} m away", hit.depth)
-    });
+    let under = hit.and_then(|(entity, hit)| Some((names.get(*entity).ok()?.name?, hit.depth)));
+    let under = under.map_or("nothing".into(), |(name, depth)| format!("{name}, {depth:.1} m away"));
     let found = selecting.filter(|selecting| selecting.micros > 0.0);
-    let found = found.map_or(String::new(), |selecting| {
-        format!(", found in {:.0} microseconds", selecting.micros)
-    });
-    let time = |stage| watch.times(stage).tell(3, "...");
+    let found = found.map_or(String::new(), |selecting| format!(" in {:.0} µs", selecting.micros));
+    let time = |stage| watch.times(stage).tell(2, "...");
     text.0 = format!(
         "{} things, {} entities with meshes\n\
-         in view {}, passed over as hidden {hidden}\n\
-         at levels {} / {} / {}, {} proxies of blocks\n\
-         picking {}, visibility {},\n\
-         index {}, levels {}\n\
-         frame {} on the CPU\n\
-         under the mouse: {under}\n\
-         selected: {}{found}",
+         in view {}, hidden {hidden}\n\
+         levels {} / {} / {}, {} blocks as one\n\
+         picking {}, index {}\n\
+         visibility {}, levels {}\n\
+         the whole frame {}, without the GPU\n\
+         {under}\n\
+         {} selected{found}",
         grouped(things.iter().len()),
         grouped(meshes.iter().len()),
         grouped(visible.len()),
@@ -133,10 +128,10 @@ fn tell(
         grouped(levels[2]),
         grouped(proxies),
         time(Stage::Picking),
-        time(Stage::Visibility),
         time(Stage::Index),
+        time(Stage::Visibility),
         time(Stage::Levels),
-        watch.times(Stage::Frame).tell(1, "..."),
+        time(Stage::Frame),
         grouped(selected.iter().len()),
     );
 }
@@ -169,9 +164,9 @@ fn tell_keys(
     mut text: Single<&mut Text, With<Keys>>,
 ) {
     let culling = if culling.enabled { "bevy_sightline" } else { "BEVY" };
-    let selects = match selecting.settings.mode {
-        SelectionMode::Touching => "what is touched",
-        SelectionMode::Enclosed => "what is enclosed",
+    let mode = match selecting.settings.mode {
+        SelectionMode::Touching => "touching",
+        SelectionMode::Enclosed => "enclosing",
     };
     let inspector = if cfg!(feature = "inspector") {
         "   F1 inspector"
@@ -179,8 +174,9 @@ fn tell_keys(
         ""
     };
     let keys = format!(
-        "P picking {}   C culling by {culling}   O occlusion {}   L levels {}   G inside: {}   F flight {}   H hide{inspector}\n\
-         click: select   drag: move   Shift, Ctrl and drag: box, lasso of T {selects}   {FLY}",
+        "P picking {}   C culling by {culling}   O occlusion {}   L levels {}   G inside: {}{inspector}\n\
+         click: select   drag: move   Shift or Ctrl and drag: box or lasso   T {mode}\n\
+         {FLY}   F by itself {}   H hide this",
         on_off(picking.is_hover_enabled),
         on_off(!occlusion.is_empty()),
         on_off(levels.enabled),
@@ -192,7 +188,9 @@ fn tell_keys(
 
 fn tell_plain_keys(picking: Res<PickingSettings>, flight: Res<Flight>, mut text: Single<&mut Text, With<Keys>>) {
     let keys = format!(
-        "Bevy's built-ins   P picking {}   F flight {}   H hide\nclick: select   drag: move   {FLY}",
+        "Bevy's built-ins alone   P picking {}\n\
+         click: select   drag: move\n\
+         {FLY}   F by itself {}   H hide this",
         on_off(picking.is_hover_enabled),
         if flight.is_on { "on" } else { "off" },
     );

@@ -6,6 +6,7 @@ use bevy::{
     asset::RenderAssetUsages,
     ecs::system::SystemParam,
     mesh::VertexAttributeValues,
+    picking::mesh_picking::ray_cast::SimplifiedMesh,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
     tasks::{ComputeTaskPool, ParallelSliceMut},
@@ -137,7 +138,14 @@ pub struct Painter<'w, 's> {
     scene: SceneQuery<'w, 's>,
     meshes: Res<'w, Assets<Mesh>>,
     materials: Res<'w, Assets<StandardMaterial>>,
-    things: Query<'w, 's, (&'static Mesh3d, &'static MeshMaterial3d<StandardMaterial>)>,
+    things: Query<
+        'w,
+        's,
+        (
+            AnyOf<(&'static SimplifiedMesh, &'static Mesh3d)>,
+            &'static MeshMaterial3d<StandardMaterial>,
+        ),
+    >,
 }
 
 impl Painter<'_, '_> {
@@ -165,14 +173,16 @@ impl Painter<'_, '_> {
 
     /// The colour of the material where a ray has hit, times that of the vertices.
     fn paint(&self, hit: &RayHit) -> LinearRgba {
-        let Ok((mesh, material)) = self.things.get(hit.entity) else {
+        let Ok(((hit_mesh, shown_mesh), material)) = self.things.get(hit.entity) else {
             return LinearRgba::WHITE;
         };
+        let mesh = hit_mesh.map(|mesh| &mesh.0).or(shown_mesh.map(|mesh| &mesh.0));
         let base = self
             .materials
             .get(material)
             .map_or(Color::WHITE, |material| material.base_color);
-        let vertices = self.meshes.get(mesh).and_then(|mesh| vertex_color(mesh, hit.triangle?));
+        let mesh = mesh.and_then(|mesh| self.meshes.get(mesh));
+        let vertices = mesh.and_then(|mesh| vertex_color(mesh, hit.triangle?));
         let (base, vertices) = (LinearRgba::from(base).to_vec4(), vertices.unwrap_or(Vec4::ONE));
         LinearRgba::from_vec4(base * vertices)
     }
