@@ -109,7 +109,9 @@ fn tell(
     let under = hit.and_then(|(entity, hit)| Some((names.get(*entity).ok()?.name?, hit.depth)));
     let under = under.map_or("nothing".into(), |(name, depth)| format!("{name}, {depth:.1} m away"));
     let found = selecting.filter(|selecting| selecting.micros > 0.0);
-    let found = found.map_or(String::new(), |selecting| format!(" in {:.0} µs", selecting.micros));
+    let found = found.map_or(String::new(), |selecting| {
+        format!(" in {:.2} ms", selecting.micros / 1e3)
+    });
     let time = |stage| watch.times(stage).tell(2, "...");
     text.0 = format!(
         "{} things, {} entities with meshes\n\

@@ -2,17 +2,19 @@
 
 use std::fs;
 
-use bevy::{picking::pointer::PointerAction, prelude::*};
-use bevy_sightline::{index::MeshBvhs, mesh::TriangleMesh, prelude::*};
+use bevy::prelude::*;
+use bevy_sightline::{
+    index::{MeshBvhs, SimplifiedMesh},
+    mesh::TriangleMesh,
+    prelude::*,
+};
 
 use crate::{
     checks,
     interaction::{Hovered, Selected},
     loading::load,
     options::Options,
-    picture,
-    pointer::{self, Step},
-    sweep,
+    picture, pointer, screenshot, sweep,
     traffic::Traveller,
 };
 
@@ -45,7 +47,7 @@ fn check_and_report(app: &mut App) -> Result<(), String> {
     let hidden = checks::check_occlusion(app)?;
     note("hidden_in_a_street", hidden.into());
 
-    pointer::play(app, select_and_hover());
+    pointer::play(app, screenshot::select_and_hover());
     let world = app.world_mut();
     let hovered = world.query::<&Hovered>().iter(world).len();
     let selected = world.query::<&Selected>().iter(world).len();
@@ -74,18 +76,14 @@ fn check_and_report(app: &mut App) -> Result<(), String> {
     Ok(())
 }
 
-/// Clicks on one tower and comes to rest on another, for the picture.
-fn select_and_hover() -> impl Iterator<Item = Step> {
-    let (tower, other_tower) = (Vec2::new(0.195, 0.55), Vec2::new(0.68, 0.5));
-    let rest: [(Vec2, Option<PointerAction>); 2] = [(other_tower, None); 2];
-    pointer::click(tower).into_iter().chain(rest)
-}
-
 /// What there is.
 fn describe(app: &mut App) -> serde_json::Map<String, serde_json::Value> {
     let world = app.world_mut();
     let moving = world.query::<&Traveller>().iter(world).len();
-    let meshes: Vec<AssetId<Mesh>> = world.query::<&Mesh3d>().iter(world).map(|mesh| mesh.id()).collect();
+    // Of what is swapped, the finest.
+    let mut meshes = world.query::<(&Mesh3d, Option<&SimplifiedMesh>)>();
+    let finest = |(shown, hit): (&Mesh3d, Option<&SimplifiedMesh>)| hit.map_or(shown.id(), |finest| finest.0.id());
+    let meshes: Vec<AssetId<Mesh>> = meshes.iter(world).map(finest).collect();
     let bvhs = world.resource::<MeshBvhs>();
     let triangles: usize = meshes
         .iter()

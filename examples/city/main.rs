@@ -7,6 +7,7 @@
 //! cargo run --release --example city -- --entities 1000000 # a larger city
 //! cargo run --release --example city -- --plain            # the same with what Bevy has built in
 //! cargo run --release --example city -- --report           # both, frame by frame in turn, and how long each stage takes
+//! cargo run --release --example city -- --screenshot out/city_window.png   # the picture in the README
 //! cargo run --release --example city -- --help             # all options
 //! ```
 //!
@@ -63,6 +64,7 @@ mod picture;
 mod plan;
 mod report;
 mod scenery;
+mod screenshot;
 mod stopwatch;
 mod sweep;
 mod traffic;
@@ -89,6 +91,9 @@ fn main() -> AppExit {
         .add_plugins((controls::window_plugin, figures::window_plugin));
     if !options.plain {
         app.add_plugins((outline::window_plugin, controls::sightline_plugin));
+    }
+    if options.screenshot.is_some() {
+        app.add_plugins(screenshot::plugin);
     }
     // What shows everything there is to know, on F1. (Added here when the crate has it.)
     #[cfg(feature = "inspector")]

@@ -154,7 +154,7 @@ impl City {
         if let Some(mut transform) = self.app.world_mut().get_mut::<Transform>(self.camera) {
             *transform = place;
         }
-        pointer::act(&mut self.app, (pointer, None));
+        pointer::act(self.app.world_mut(), (pointer, None));
         self.app.update();
     }
 

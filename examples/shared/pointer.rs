@@ -13,14 +13,13 @@ pub type Step = (Vec2, Option<PointerAction>);
 /// Runs a headless app for one frame per step.
 pub fn play(app: &mut App, steps: impl IntoIterator<Item = Step>) {
     for step in steps {
-        act(app, step);
+        act(app.world_mut(), step);
         app.update();
     }
 }
 
 /// Has the pointer do something in the next frame.
-pub fn act(app: &mut App, (place, action): Step) {
-    let world = app.world_mut();
+pub fn act(world: &mut World, (place, action): Step) {
     let mut windows = world.query_filtered::<(Entity, &Window), With<PrimaryWindow>>();
     let (window, size) = windows
         .single(world)
