@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// From so many metres on, one mesh stands in for a block.
-pub const BLOCK: f32 = 450.0;
+pub const BLOCK: f32 = 600.0;
 /// Bevy's ranges go by the distance to each thing, and not to the block that it is in: so much longer it shows them, in
 /// metres, so that there is no hole.
 const OVERLAP: f32 = PITCH;
@@ -37,9 +37,9 @@ impl Reach {
             "hydrant" | "bench" | "person" => (30.0, 80.0, Some(220.0)),
             "lamp_street" | "traffic_light" | "bus_stop" => (45.0, 110.0, Some(340.0)),
             "car_sedan" | "car_van" => (50.0, 120.0, Some(600.0)),
-            "tree_oak" | "tree_pine" => (60.0, 150.0, None),
-            model if model.starts_with("tower") => (160.0, 320.0, None),
-            model if is_building(model) => (110.0, 240.0, None),
+            "tree_oak" | "tree_pine" => (70.0, 170.0, None),
+            model if model.starts_with("tower") => (280.0, 540.0, None),
+            model if is_building(model) => (160.0, 330.0, None),
             _ => (80.0, 200.0, None),
         };
         Self { middle, far, nothing }
