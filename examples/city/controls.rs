@@ -1,9 +1,13 @@
 //! The keys that switch what there is, at any time.
 
-use bevy::{picking::PickingSettings, prelude::*};
+use bevy::{picking::PickingSystems, prelude::*};
 use bevy_sightline::prelude::*;
 
 use crate::{drawing::Selecting, stopwatch::Stopwatch};
+
+/// Whether anything looks for what is under the pointer.
+#[derive(Resource)]
+pub struct PickingIsOn(pub bool);
 
 /// What is drawn of the inside.
 #[derive(Resource, Clone, Copy, Default, PartialEq, Eq)]
@@ -40,7 +44,12 @@ impl Inside {
 
 /// The keys that make sense with whatever finds and culls.
 pub fn window_plugin(app: &mut App) {
-    app.add_systems(Update, switch_picking);
+    app.insert_resource(PickingIsOn(true))
+        .configure_sets(
+            PreUpdate,
+            PickingSystems::Backend.run_if(|is_on: Res<PickingIsOn>| is_on.0),
+        )
+        .add_systems(Update, switch_picking);
 }
 
 /// Those of `bevy_sightline`.
@@ -50,9 +59,9 @@ pub fn sightline_plugin(app: &mut App) {
         .add_systems(Update, (switch_views, switch_occlusion, choose_selection, show_inside));
 }
 
-fn switch_picking(keys: Res<ButtonInput<KeyCode>>, mut settings: ResMut<PickingSettings>) {
+fn switch_picking(keys: Res<ButtonInput<KeyCode>>, mut is_on: ResMut<PickingIsOn>) {
     if keys.just_pressed(KeyCode::KeyP) {
-        settings.is_hover_enabled ^= true;
+        is_on.0 ^= true;
     }
 }
 

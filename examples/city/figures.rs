@@ -4,7 +4,7 @@ use std::{any::TypeId, time::Duration};
 
 use bevy::{
     camera::visibility::{VisibilityRange, VisibleEntities},
-    picking::{PickingSettings, pointer::PointerInteraction},
+    picking::pointer::PointerInteraction,
     prelude::*,
     time::common_conditions::on_timer,
 };
@@ -12,7 +12,7 @@ use bevy_sightline::prelude::*;
 
 use crate::{
     blocks::Proxy,
-    controls::Inside,
+    controls::{Inside, PickingIsOn},
     drawing::Selecting,
     flight::Flight,
     interaction::Selected,
@@ -67,7 +67,7 @@ fn hide(
     are_shown.0 ^= true;
     for text in &texts {
         if let Ok(mut panel) = panels.get_mut(text.parent()) {
-            panel.toggle_visible_hidden();
+            panel.toggle_inherited_hidden();
         }
     }
 }
@@ -156,7 +156,7 @@ fn on_off(is_on: bool) -> &'static str {
 }
 
 fn tell_keys(
-    picking: Res<PickingSettings>,
+    picking: Res<PickingIsOn>,
     culling: Res<ViewCullingSettings>,
     levels: Res<LodSettings>,
     occlusion: Query<(), With<SoftwareOcclusion>>,
@@ -179,7 +179,7 @@ fn tell_keys(
         "P picking {}   C culling by {culling}   O occlusion {}   L levels {}   G inside: {}{inspector}\n\
          click: select   drag: move   Shift or Ctrl and drag: box or lasso   T {mode}\n\
          {FLY}   F by itself {}   H hide this",
-        on_off(picking.is_hover_enabled),
+        on_off(picking.0),
         on_off(!occlusion.is_empty()),
         on_off(levels.enabled),
         inside.name(),
@@ -188,12 +188,12 @@ fn tell_keys(
     text.set_if_neq(Text(keys));
 }
 
-fn tell_plain_keys(picking: Res<PickingSettings>, flight: Res<Flight>, mut text: Single<&mut Text, With<Keys>>) {
+fn tell_plain_keys(picking: Res<PickingIsOn>, flight: Res<Flight>, mut text: Single<&mut Text, With<Keys>>) {
     let keys = format!(
         "Bevy's built-ins alone   P picking {}\n\
          click: select   drag: move\n\
          {FLY}   F by itself {}   H hide this",
-        on_off(picking.is_hover_enabled),
+        on_off(picking.0),
         if flight.is_on { "on" } else { "off" },
     );
     text.set_if_neq(Text(keys));

@@ -14,8 +14,8 @@ use crate::{
 
 /// Frames before the picture, in which the renderer makes its pipelines and the figures are told, and after it, in which it
 /// is written.
-const BEFORE: usize = 60;
-const AFTER: usize = 20;
+const BEFORE: usize = 30;
+const AFTER: usize = 10;
 
 /// Clicks on one tower and comes to rest on another.
 pub fn select_and_hover() -> impl Iterator<Item = Step> {
