@@ -1,4 +1,4 @@
-//! What each part of the crate does in the city, held against another way to find that out.
+//! What each part of the crate does in the city, held against another way to find that out. Nothing may move by itself.
 
 use std::any::TypeId;
 
@@ -6,7 +6,6 @@ use bevy::{
     camera::{primitives::Aabb, visibility::VisibleEntities},
     picking::pointer::PointerAction,
     prelude::*,
-    time::TimeUpdateStrategy,
 };
 use bevy_sightline::prelude::*;
 
@@ -112,8 +111,6 @@ pub fn check_culling(app: &mut App) -> Result<usize, String> {
     let camera = camera(app);
     let occlusion = app.world_mut().entity_mut(camera).take::<SoftwareOcclusion>();
     app.world_mut().entity_mut(camera).remove::<OcclusionBuffer>();
-    // Nothing moves between the two.
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(std::time::Duration::ZERO));
     let mut kept = [true, false].map(|is_on| {
         app.world_mut().resource_mut::<ViewCullingSettings>().enabled = is_on;
         app.update();
@@ -123,7 +120,6 @@ pub fn check_culling(app: &mut App) -> Result<usize, String> {
     });
     app.world_mut().resource_mut::<ViewCullingSettings>().enabled = true;
     app.world_mut().entity_mut(camera).insert(occlusion.unwrap_or_default());
-    app.insert_resource(TimeUpdateStrategy::Automatic);
     app.update();
     for list in &mut kept {
         list.sort_unstable();
@@ -139,12 +135,10 @@ pub fn check_culling(app: &mut App) -> Result<usize, String> {
 /// Every level must be what the distance says. Says how many things, and proxies of blocks, are in view at each.
 pub fn check_levels(app: &mut App) -> Result<[usize; 4], String> {
     let hysteresis = std::mem::replace(&mut app.world_mut().resource_mut::<LodSettings>().hysteresis, 0.0);
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(std::time::Duration::ZERO));
     app.update();
     app.update();
     let counted = app.world_mut().run_system_cached(count_levels);
     app.world_mut().resource_mut::<LodSettings>().hysteresis = hysteresis;
-    app.insert_resource(TimeUpdateStrategy::Automatic);
     counted.map_err(|error| error.to_string())?
 }
 

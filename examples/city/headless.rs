@@ -1,8 +1,8 @@
 //! The city without a window: a synthetic pointer does all that a hand would, and every answer is held against another.
 
-use std::fs;
+use std::{fs, time::Duration};
 
-use bevy::prelude::*;
+use bevy::{prelude::*, time::TimeUpdateStrategy};
 use bevy_sightline::{
     index::{MeshBvhs, SimplifiedMesh},
     mesh::TriangleMesh,
@@ -37,6 +37,7 @@ fn check_and_report(app: &mut App) -> Result<(), String> {
     for (name, value) in sweep::run(app)? {
         note(name, value);
     }
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
     checks::check_drag(app)?;
     let boxed = checks::check_box(app)?;
     note("in_a_box", boxed.into());

@@ -7,7 +7,9 @@
 //! cargo run --release --example city -- --entities 1000000 # a larger city
 //! cargo run --release --example city -- --plain            # the same with what Bevy has built in
 //! cargo run --release --example city -- --report           # both, frame by frame in turn, and how long each stage takes
-//! cargo run --release --example city -- --screenshot out/city_window.png   # the picture in the README
+//! # the picture in the README
+//! cargo run --release --example city -- --screenshot out/city_window.png
+//! convert out/city_window.png -resize 1000x -colors 96 PNG8:docs/city.png
 //! cargo run --release --example city -- --help             # all options
 //! ```
 //!
@@ -95,9 +97,6 @@ fn main() -> AppExit {
     if options.screenshot.is_some() {
         app.add_plugins(screenshot::plugin);
     }
-    // What shows everything there is to know, on F1. (Added here when the crate has it.)
-    #[cfg(feature = "inspector")]
-    {}
     app.run()
 }
 
