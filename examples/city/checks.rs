@@ -76,8 +76,8 @@ pub fn check_drag(app: &mut App) -> Result<(), String> {
     Ok(())
 }
 
-/// Draws a box in both modes: what is enclosed is touched, too, and what is touched is touched by its bounds. Says how many
-/// things are touched.
+/// Draws a box in both modes: what is enclosed is touched, too, and what is touched is touched by its bounds. Says how
+/// many things are touched.
 pub fn check_box(app: &mut App) -> Result<usize, String> {
     let places = [
         Vec2::new(330.0, 250.0),

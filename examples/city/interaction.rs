@@ -149,7 +149,8 @@ fn drop(end: On<Pointer<DragEnd>>, mut commands: Commands, dragged: Query<Entity
     }
 }
 
-/// Paints what has come under the pointer or was selected, and what is not any more, with all levels that are its children.
+/// Paints what has come under the pointer or was selected, and what is not any more, with all levels that are its
+/// children.
 fn highlight(
     things: Query<(Has<Hovered>, Has<Selected>, Option<&Children>), With<Thing>>,
     mut looks: Query<&mut MeshMaterial3d<StandardMaterial>, Or<(With<Thing>, With<OtherLevel>)>>,

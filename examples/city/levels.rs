@@ -1,7 +1,7 @@
 //! Levels of detail: which model is shown by less from where on, with `bevy_sightline` and with Bevy's own ranges.
 //!
-//! Both go by the distance from the camera to the centre of a thing, so that both show the same. With `bevy_sightline` the
-//! mesh of a thing is swapped; Bevy has an entity for each level.
+//! Both go by the distance from the camera to the centre of a thing, so that both show the same. With `bevy_sightline`
+//! the mesh of a thing is swapped; Bevy has an entity for each level.
 
 use bevy::{camera::visibility::VisibilityRange, platform::collections::HashMap, prelude::*};
 use bevy_sightline::prelude::*;

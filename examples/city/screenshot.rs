@@ -12,8 +12,8 @@ use crate::{
     pointer::{self, Step},
 };
 
-/// Frames before the picture, in which the renderer makes its pipelines and the figures are told, and after it, in which it
-/// is written.
+/// Frames before the picture, in which the renderer makes its pipelines and the figures are told, and after it, in
+/// which it is written.
 const BEFORE: usize = 30;
 const AFTER: usize = 10;
 
