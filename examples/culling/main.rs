@@ -6,13 +6,13 @@
 //! cargo run --release --example culling -- --help      # all options
 //! ```
 //!
-//! **In the window** the small picture is what the flying camera sees, the large one the whole city from above: bright
-//! is what was kept for that camera, dark what was culled. The boxes are the nodes of the tree that had to be looked
-//! at, each once: green ones are inside the frustum and were taken as a whole, red ones are outside and were dropped as
-//! a whole, and only what is in the amber ones was looked at further. Space hands culling to Bevy's own systems and
-//! back: the picture stays as it is, and the figures tell what each takes per frame. B hides the boxes, V the view from
-//! above (for which the rest of the city is culled too, and which is in the figures); F holds the flight still, or fly
-//! yourself with W A S D, E, Q and the right mouse button held.
+//! **In the window** the small picture is what the flying camera sees, the large one the whole city from above: bright is
+//! what was kept for that camera, dark what was culled. The boxes are the nodes of the tree that had to be looked at, each
+//! once: green ones are inside the frustum and were taken as a whole, red ones are outside and were dropped as a whole,
+//! and only what is in the amber ones was looked at further. Space hands culling to Bevy's own systems and back: the
+//! picture stays as it is, and the figures tell what each takes per frame. B hides the boxes, V the view from above (for
+//! which the rest of the city is culled too, and which is in the figures); F holds the flight still, or fly yourself with
+//! W A S D, E, Q and the right mouse button held.
 //!
 //! **Headless** flies one round with each, checks in each frame that both keep the same things, and prints the figures.
 

@@ -56,8 +56,8 @@ impl Stopwatch {
     }
 }
 
-/// Looks at the watch before and after the systems that decide what is visible, of both methods, and of the index
-/// between them.
+/// Looks at the watch before and after the systems that decide what is visible, of both methods, and of the index between
+/// them.
 pub fn plugin(app: &mut App) {
     app.init_resource::<Stopwatch>().add_systems(
         PostUpdate,

@@ -8,20 +8,20 @@
 //! cargo run --release --example lod -- --help      # all options
 //! ```
 //!
-//! **In the window** the left half is the player's view and the right half that of a bird above it. Levels have
-//! colours: red is the finest, yellow lacks the details, green is a box under a roof, and blue is one mesh for a whole
-//! block. Look at the same houses in both halves: near the player they are red on the left, and something else on the
-//! right. Only trees and lamps are the same in both, as their meshes are swapped for the player's camera.
+//! **In the window** the left half is the player's view and the right half that of a bird above it. Levels have colours: red
+//! is the finest, yellow lacks the details, green is a box under a roof, and blue is one mesh for a whole block. Look at
+//! the same houses in both halves: near the player they are red on the left, and something else on the right. Only trees
+//! and lamps are the same in both, as their meshes are swapped for the player's camera.
 //!
 //! Drag the bar at the bottom, or hold an arrow key, to give the player's camera more or fewer details; zoom with the
 //! wheel in either half, and the levels follow. C shows things as they look, and one should see no level switch. F has
 //! the bird stay where it is, so that the player flies away from under it; Space stops the flight, or fly yourself with
-//! W A S D, E, Q and the right mouse button held. B swings the player back and forth in one place: with hysteresis
-//! nearly nothing switches; switch that off with H, and see houses pop. L shows everything at the finest level: look at
-//! the triangles and at the time of frames.
+//! W A S D, E, Q and the right mouse button held. B swings the player back and forth in one place: with hysteresis nearly
+//! nothing switches; switch that off with H, and see houses pop. L shows everything at the finest level: look at the
+//! triangles and at the time of frames.
 //!
-//! **Headless** flies around once and prints for each second what both cameras show. It fails if the bird shows more
-//! than a tenth of the triangles, or if both always show the same.
+//! **Headless** flies around once and prints for each second what both cameras show. It fails if the bird shows more than
+//! a tenth of the triangles, or if both always show the same.
 
 #[path = "../shared/by_hand.rs"]
 mod by_hand;

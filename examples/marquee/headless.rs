@@ -1,5 +1,4 @@
-//! The city without a window: a synthetic mouse draws a box and a lasso, and every triangle says what they should
-//! select.
+//! The city without a window: a synthetic mouse draws a box and a lasso, and every triangle says what they should select.
 
 use std::{f32::consts::TAU, time::Instant};
 

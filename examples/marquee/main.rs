@@ -6,14 +6,14 @@
 //! cargo run --release --example marquee -- --help       # all options
 //! ```
 //!
-//! **In the window** hold the left mouse button and drag a box, or with Shift held draw a lasso; a click selects all
-//! that is behind the mouse. T tells whether things must be touched or wholly enclosed, B whether their meshes count or
-//! their bounds. Fly with W A S D, E, Q and the right mouse button held. Look for the lamps and trees between the
-//! towers: only what the outline really touches lights up, and where a lasso crosses itself, what it goes around twice
-//! is left out. The panel says how long it takes, which hardly depends on the number of things: try `--blocks 40`.
+//! **In the window** hold the left mouse button and drag a box, or with Shift held draw a lasso; a click selects all that is
+//! behind the mouse. T tells whether things must be touched or wholly enclosed, B whether their meshes count or their
+//! bounds. Fly with W A S D, E, Q and the right mouse button held. Look for the lamps and trees between the towers: only
+//! what the outline really touches lights up, and where a lasso crosses itself, what it goes around twice is left out. The
+//! panel says how long it takes, which hardly depends on the number of things: try `--blocks 40`.
 //!
-//! **Headless** runs the same scene without a window or a GPU, draws a box and a lasso with a synthetic mouse, and
-//! holds what was selected against every triangle of the city, projected to the screen in double precision.
+//! **Headless** runs the same scene without a window or a GPU, draws a box and a lasso with a synthetic mouse, and holds
+//! what was selected against every triangle of the city, projected to the screen in double precision.
 
 #[path = "../shared/command_line.rs"]
 mod command_line;

@@ -7,12 +7,12 @@
 //! ```
 //!
 //! **In the window** is what the walker sees. The buildings have [`Occluder::Auto`], the walker's camera has
-//! [`SoftwareOcclusion`], and that is all: what is behind the buildings is not drawn. The small pictures show that. On
-//! the left is the depth buffer, into which the nearest buildings were drawn on the CPU. On the right is the walker
-//! from behind and above: what it sees is in its colours, what is hidden from it is a blue ghost, and what is outside
-//! of its view is dark. O switches occlusion off and on, M takes the other mode, R another resolution; V hides the
-//! small pictures, which are in the figures too; Space stops the walk, or walk yourself with W A S D, E, Q and the
-//! right mouse button held.
+//! [`SoftwareOcclusion`], and that is all: what is behind the buildings is not drawn. The small pictures show that. On the
+//! left is the depth buffer, into which the nearest buildings were drawn on the CPU. On the right is the walker from
+//! behind and above: what it sees is in its colours, what is hidden from it is a blue ghost, and what is outside of its
+//! view is dark. O switches occlusion off and on, M takes the other mode, R another resolution; V hides the small
+//! pictures, which are in the figures too; Space stops the walk, or walk yourself with W A S D, E, Q and the right mouse
+//! button held.
 //!
 //! **Headless** walks one round with occlusion and one without, checks that everything that rays from the eye meet was
 //! seen, and prints the figures. It fails if nothing was hidden, or if something was that can be seen.
