@@ -1,5 +1,10 @@
 #![doc = include_str!("../README.md")]
 //!
+//! # Guides
+//!
+//! [`guides`] has them: how to begin, which structure to choose, servers, how to come from other crates, and what to do
+//! when something is wrong.
+//!
 //! # Architecture
 //!
 //! Arrows point downward only: what is below knows nothing of what is above.
@@ -47,6 +52,7 @@
 pub mod culling;
 pub mod debug;
 pub mod geometry;
+pub mod guides;
 pub mod index;
 pub mod lod;
 pub mod mesh;
