@@ -1,13 +1,9 @@
 #![doc = include_str!("../README.md")]
 //!
-//! # Guides
-//!
-//! [`guides`] has them: how to begin, which structure to choose, servers, how to come from other crates, and what to do
-//! when something is wrong.
-//!
 //! # Architecture
 //!
-//! Arrows point downward only: what is below knows nothing of what is above.
+//! The [`guides`] say how all this is used, and what to do when something is wrong; here is how it is made. Arrows point
+//! downward only: what is below knows nothing of what is above.
 //!
 //! ```text
 //!       debug                               what all others are about, in lines, figures and a panel

@@ -9,6 +9,7 @@ mod edge;
 mod geometry;
 #[cfg(feature = "gizmos")]
 mod gizmos;
+mod guides;
 mod inner_boxes;
 mod layering;
 mod line_of_sight;

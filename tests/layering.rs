@@ -161,7 +161,8 @@ fn lower_layers_do_not_name_upper_ones() {
     assert!(offences.is_empty(), "{}", offences.join("\n"));
 }
 
-fn source_files(folder: &Path) -> Vec<std::path::PathBuf> {
+/// All files below a folder.
+pub fn source_files(folder: &Path) -> Vec<std::path::PathBuf> {
     let entries = fs::read_dir(folder).expect("a layer is a folder");
     entries
         .map(|entry| entry.expect("a readable folder").path())

@@ -138,13 +138,13 @@
 //! | [`ProxyLodPlugin`](crate::lod::ProxyLodPlugin) | levels of detail, where there is a `ProxyLod` | |
 //! | [`OcclusionPlugin`](crate::occlusion::OcclusionPlugin) | what hides, where there is an `Occluder` | |
 //! | [`ViewCullingPlugin`](crate::culling::ViewCullingPlugin) | culling for cameras and lights, in place of Bevy's | |
-//! | [`AutoProxyPlugin`](crate::lod::simplify::AutoProxyPlugin) | makes levels, where there is an `AutoProxy` | `simplify` |
-//! | [`SpatialPickingPlugin`](crate::picking::SpatialPickingPlugin) | pointers | `picking`, default |
-//! | [`SpriteIndexPlugin`](crate::sprite::SpriteIndexPlugin) | sprites | `sprite` |
-//! | [`SightlineGizmosPlugin`](crate::debug::gizmos::SightlineGizmosPlugin) | lines, where they are switched on | `gizmos`, default |
+//! | `AutoProxyPlugin` | makes levels, where there is an `AutoProxy` | `simplify` |
+//! | `SpatialPickingPlugin` | pointers | `picking`, default |
+//! | `SpriteIndexPlugin` | sprites | `sprite` |
+//! | `SightlineGizmosPlugin` | lines, where they are switched on | `gizmos`, default |
 //!
 //! Not in the group: [`SightlineDiagnosticsPlugin`](crate::debug::diagnostics::SightlineDiagnosticsPlugin),
-//! [`SightlineInspectorPlugin`](crate::debug::inspector::SightlineInspectorPlugin) (feature `inspector`), and
+//! `SightlineInspectorPlugin` (feature `inspector`), and
 //! [`LevelVariantsPlugin`](crate::lod::LevelVariantsPlugin), one for each type of material.
 //!
 //! Each works by itself, and adds `SpatialIndexPlugin` if it needs it; two go together: levels that are entities, and

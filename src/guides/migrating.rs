@@ -4,7 +4,7 @@
 //!
 //! # From `MeshPickingPlugin`
 //!
-//! Take out `MeshPickingPlugin`, and put [`SpatialPickingPlugin`] in its place, or all the
+//! Take out `MeshPickingPlugin`, and put `SpatialPickingPlugin` in its place, or all the
 //! [`SightlinePlugins`](crate::SightlinePlugins):
 //!
 //! ```no_run
@@ -23,7 +23,7 @@
 //!
 //! | | Bevy | here |
 //! |---|---|---|
-//! | what is behind an entity without a `Pickable` | is in `PointerHits`, though no event reaches it | is left out; [`report_blocked`] brings it back |
+//! | what is behind an entity without a `Pickable` | is in `PointerHits`, though no event reaches it | is left out; `SpatialPickingSettings::report_blocked` brings it back |
 //! | skinned and morphed meshes | hit in their bind pose | hit where they are drawn |
 //! | triangle strips, `NoFrustumCulling`, tiny triangles | missed | hit |
 //! | a `SimplifiedMesh` that sticks out of the drawn mesh | missed outside of the box of the drawn one | hit |
@@ -32,7 +32,6 @@
 //! | levels of detail ([`ProxyLod`](crate::lod::ProxyLod)) | – | the finest is hit, unless [asked otherwise](crate::lod::LodHits) |
 //! | moved after `PostUpdate` | seen at once, if the `GlobalTransform` is written | seen after the next |
 //!
-//! [`report_blocked`]: crate::picking::SpatialPickingSettings::report_blocked
 //!
 //! Rays that you cast yourself by `MeshRayCast` are cast by [`SceneQuery`], which needs no `mut`:
 //!
@@ -85,7 +84,7 @@
 //! | `IntersectionData::{triangle, triangle_index, barycentric_coord}` | [`RayHit::triangle`], with [`vertices`](crate::index::HitTriangle::vertices), [`index`](crate::index::HitTriangle::index), [`barycentrics`](crate::index::HitTriangle::barycentrics) |
 //! | `SimplifiedMesh { mesh }` | [`SimplifiedMesh(mesh)`](crate::index::SimplifiedMesh) |
 //! | `NoBackfaceCulling` | [`RayCastBackfaces`](crate::index::RayCastBackfaces) |
-//! | `Raycast::debug_cast_ray` | [`gizmos.ray_hit(ray, hit)`](crate::debug::gizmos::DrawStructures), or the switch `rays` of [`SightlineGizmos`](crate::debug::gizmos::SightlineGizmos) |
+//! | `Raycast::debug_cast_ray` | `gizmos.ray_hit(ray, hit)`, or the switch `rays` of `SightlineGizmos` |
 //! | `ray_intersection_over_mesh` | [`TriangleMesh`](crate::mesh::TriangleMesh), [`MeshBvh`](crate::mesh::MeshBvh) |
 //!
 //! What was a source that points where it looks, and a set of meshes:
@@ -128,8 +127,8 @@
 //! # From `VisibilityRange`
 //!
 //! A `VisibilityRange` sits on each entity and says from where to where that is drawn. A [`ProxyLod`] sits on their
-//! parent, lists the levels, and of these exactly one is shown: no gaps, and never two. Each level shows all that is
-//! below its entity. What was
+//! parent, lists the levels, and of these each view shows exactly one: no gaps, and two only while they fade. Each
+//! level shows all that is below its entity. What was
 //!
 //! | entity | `start_margin` | `end_margin` |
 //! |---|---|---|
@@ -159,12 +158,12 @@
 //! | – | [`LodSettings::hysteresis`]: a coarser level comes a tenth beyond its threshold; zero for at the threshold |
 //! | HLOD: one range for the whole, and others on each part | a level lists the roots of other groups: see below |
 //! | 32 views, cameras and shadow origins together | any number |
-//! | shadows as seen from Bevy's shadow origin | as the camera whose they are, with a [bias](crate::lod::LodSettings::shadow_bias) |
+//! | – | shadows may be cast by coarser levels: [`LodSettings::shadow_bias`](crate::lod::LodSettings::shadow_bias) |
 //! | rays hit what is drawn | rays hit the finest level, or with [`LodHits::Shown`] what is drawn |
 //! | something that is shown only *beyond* some distance, with nothing before | keep the `VisibilityRange`: it is respected |
 //!
 //! Thresholds by distance are wrong as soon as the player zooms. [`LodMetric::Height`] and [`LodMetric::PixelError`]
-//! are not; for the latter, [`AutoProxy`](crate::lod::simplify::AutoProxy) makes and measures the levels (feature
+//! are not; for the latter, `AutoProxy` makes and measures the levels (feature
 //! `simplify`).
 //!
 //! A block of houses, with one mesh in their place from afar, where each house has levels of its own:
@@ -181,7 +180,6 @@
 //! # }
 //! ```
 //!
-//! [`SpatialPickingPlugin`]: crate::picking::SpatialPickingPlugin
 //! [`SceneQuery`]: crate::index::SceneQuery
 //! [`SceneQuery::cast_ray`]: crate::index::SceneQuery::cast_ray
 //! [`SceneQuery::cast_ray_all`]: crate::index::SceneQuery::cast_ray_all

@@ -25,7 +25,7 @@
 //!
 //! | what may be | how to know, and the cure |
 //! |---|---|
-//! | There are no pointers: Bevy's `DefaultPickingPlugins` are not there, or its feature `bevy_picking` is off | [`SpatialPickingStats::rays`] stays zero |
+//! | There are no pointers: Bevy's `DefaultPickingPlugins` are not there, or its feature `bevy_picking` is off | `SpatialPickingStats::rays` stays zero |
 //! | A UI node lies over the scene and takes it all, one that is not seen too | give it `Pickable::IGNORE`; `PointerHits` names it |
 //! | `MeshPickingSettings::require_markers` is set | entities need a `Pickable`, cameras a `MeshPickingCamera` |
 //! | `Pickable::IGNORE` or [`NoSpatialIndex`] is on the entity | each entity with a mesh has its own; they are not passed down |
@@ -49,8 +49,8 @@
 //! - **It is hit where it was:** it moved after `PostUpdate`, or its `GlobalTransform` was written after
 //!   [`SpatialIndexSystems::Sync`].
 //! - **It is hit beside what is drawn:** a shader moves the vertices, or rays hit something else in its place:
-//!   `PickShape`, then `SimplifiedMesh`, then [`HitSurface`]. Sprites are hit through their holes, and `AlphaTest` says
-//!   what a hole is.
+//!   `PickShape`, then `SimplifiedMesh`, then [`HitSurface`]. Rays go through the holes of sprites, and `AlphaTest`
+//!   says what a hole is.
 //! - **A ray finds what is far off the screen, or its own caster:** the default is
 //!   [`QueryVisibility::Visible`], in view or not; leave the caster out with [`SceneQuerySettings::excluding`].
 //! - **A far object is hit by details that are not drawn:** rays hit the finest level, whichever is shown; ask for
@@ -145,18 +145,18 @@
 //!
 //! | warning | what it means, and the cure |
 //! |---|---|
-//! | `{entity} is left out of the spatial index: {why}` | No query finds it until its data are good again. By `{why}`: a `GlobalTransform` that is NaN or infinite (mostly a division by zero, or a zero vector normalised); an `Aabb` that is NaN, infinite or negative; joints, morph weights or vertex weights that are NaN, infinite or missing; a `PickShape` that is empty or has no end (take a large `Plane3d` for an `InfinitePlane3d`); bounds so large that they overflow in the world |
+//! | `{name} ({entity}) is left out of the spatial index: {why}` | No query finds it until its data are good again. By `{why}`: a `GlobalTransform` that is NaN or infinite (mostly a division by zero, or a zero vector normalised); an `Aabb` that is NaN, infinite or negative; joints, morph weights or vertex weights that are NaN, infinite or missing; a `PickShape` that is empty or has no end (take a large `Plane3d` for an `InfinitePlane3d`); bounds so large that they overflow in the world |
 //! | `mesh {id} (used by {entity}): rays cannot hit it: {why}` | Its entities keep their boxes, and no ray hits them. Its topology is lines or points; it was moved to the render world (create it with `RenderAssetUsages::MAIN_WORLD` too); it has no positions, or not as `Float32x3`; or no triangle of it is sound. For something else to be hit: `SimplifiedMesh` or `PickShape` |
 //! | `mesh {id} (used by {entity}): rays cannot hit {n} of its {m} triangles: …` | Indices out of range, or positions that are NaN or infinite: mend the mesh. The other triangles are hit |
 //! | `the grid stays as it is, for there is none with these settings: {settings}` | [`SpatialIndexSettings::grid`] has a cell size that is not positive and finite |
 //! | `SpatialPickingPlugin replaces MeshPickingPlugin: with both, everything is picked twice` | Take out `MeshPickingPlugin` |
 //! | `Bevy's own sprite picking stays: sprites with a Pickable are picked twice` | It is not where this version of Bevy has it: use the version that this crate is for, or set `SpritePickingSettings::require_markers` and mark no camera |
-//! | `image {id} (used by {entity}) counts as opaque, for its pixels cannot be read: {why}` | It is compressed, only in the render world, or too short: sprites with it have no holes for rays. Load it for the main world uncompressed, or set [`AlphaTest::Off`](crate::sprite::AlphaTest::Off), which asks nothing of the pixels |
+//! | `image {id} (used by {name}, {entity}) counts as opaque, for its pixels cannot be read: {why}` | It is compressed, only in the render world, or too short: sprites with it have no holes for rays. Load it for the main world uncompressed, or set `AlphaTest::Off`, which asks nothing of the pixels |
 //! | `ViewCullingPlugin leaves the culling of views to Bevy: that is not as this version of Bevy has it` | The systems to be replaced were not found: another version of Bevy, or a plugin has taken them out. All is drawn as Bevy has it; `SoftwareOcclusion` and levels that are entities need ours |
 //! | `to the camera {camera} nothing is hidden: depth is not reversed, its near plane is very oblique, or its place is NaN or infinite` | Occlusion is off for this camera: look at its `Projection`, if that is one of your own, and at its transform |
-//! | `{entity} does not occlude: {why}` | It has an `Occluder` and hides nothing: it is skinned or morphed (`Occluder::Box` and `Proxy` work), or its `GlobalTransform` or `Aabb` is not finite |
-//! | `the mesh {id} of {entity} does not occlude: {why}` | For `Auto` it must be closed, not inside out, and thick enough for a box inside: mend it, or take another kind of `Occluder`. For all kinds it needs triangles, as for rays |
-//! | `the levels of detail of {entity} are not shown as they should be: {why}` | Its [`ProxyLod`] makes no sense as a whole. By `{why}`: too many levels; meshes and entities mixed; `Nothing` before the end; thresholds that are NaN, negative or out of order (they fall for `Height` and rise for `Distance`); a bias that is no positive number; an entity that is part of two groups; a group that is part of itself |
+//! | `{name} ({entity}) does not occlude: {why}` | It has an `Occluder` and hides nothing: it is skinned or morphed (`Occluder::Box` and `Proxy` work), or its `GlobalTransform` or `Aabb` is not finite |
+//! | `the mesh {id} of {name} ({entity}) does not occlude: {why}` | For `Auto` it must be closed, not inside out, and thick enough for a box inside: mend it, or take another kind of `Occluder`. For all kinds it needs triangles, as for rays |
+//! | `the levels of detail of {name} ({entity}) are not shown as they should be: {why}` | Its [`ProxyLod`] makes no sense as a whole. By `{why}`: too many levels; meshes and entities mixed; `Nothing` before the end; thresholds that are NaN, negative or out of order (they fall for `Height` and rise for `Distance`); a bias that is no positive number; an entity that is part of two groups; a group that is part of itself |
 //! | `for the camera {camera} all is shown in full detail: its place, its projection or a bias is no good` | A transform that is not finite, a degenerate projection, or a [`LodBias`], [`LodSettings::bias`] that is no positive number |
 //! | `a level of detail of {entity} cannot be loaded from {path}, and others stand in for it: {error}` | The path of a [`LodContent::Streamed`] names no mesh that can be loaded: it wants a label, as in `"oak.glb#Mesh0/Primitive0"` |
 //! | `there are no proxies for the mesh of {entity}: {why}` | `AutoProxy` (feature `simplify`): the mesh has no triangles, attributes of different lengths, or is too large; a target is NaN or negative; or it could not be loaded. It is shown as it is |
@@ -165,7 +165,6 @@
 //! What stops the app at its start: a plugin that is added twice, or beside the group that it is in, is named by Bevy;
 //! and `SightlineInspectorPlugin` must come after the `DefaultPlugins`.
 //!
-//! [`SpatialPickingStats::rays`]: crate::picking::SpatialPickingStats::rays
 //! [`NoSpatialIndex`]: crate::index::NoSpatialIndex
 //! [`RayCastBackfaces`]: crate::index::RayCastBackfaces
 //! [`PickShape`]: crate::index::PickShape
