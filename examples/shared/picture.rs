@@ -101,9 +101,10 @@ impl<'a> Picture<'a> {
     pub fn save(&self, file: &Path) -> Result<(), Box<dyn Error + Send + Sync>> {
         let half = self.size / 2;
         let at = |x: u32, y: u32| self.pixels[(y * self.size.x + x) as usize].0;
+        // What is in the shade is dark, not transparent.
         let mean = |x: u32, y: u32| {
             let (x, y) = (2 * x, 2 * y);
-            (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) * 0.25
+            ((at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) * 0.25).with_alpha(1.0)
         };
         let pixels = (0..half.y).flat_map(|y| (0..half.x).map(move |x| mean(x, y)));
         let image = Image::new(
