@@ -160,8 +160,8 @@
 //! App::new().add_plugins((DefaultPlugins, SightlinePlugins.build().disable::<ViewCullingPlugin>()));
 //! ```
 //!
-//! Do not add one twice, nor one beside the group: Bevy panics and names it. `SpatialIndexPlugin` alone may be added by
-//! whoever needs it.
+//! Do not add one twice, nor one beside the group: Bevy panics and names it. `SpatialIndexPlugin` and
+//! `SightlineDiagnosticsPlugin` may be added by whoever needs them.
 //!
 //! # See what it does
 //!
