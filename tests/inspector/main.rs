@@ -10,4 +10,5 @@ mod opening;
 mod panel;
 mod query;
 mod settings;
+mod sleep;
 mod structures;

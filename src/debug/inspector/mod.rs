@@ -35,6 +35,7 @@ mod plot;
 mod reflect;
 mod selection;
 mod settings;
+mod sleep;
 mod state;
 mod tabs;
 
@@ -53,14 +54,15 @@ use bevy::{
     },
     input::{ButtonInput, InputSystems, keyboard::KeyCode},
     picking::PickingSystems,
-    render::RenderApp,
+    render::RenderPlugin,
 };
 use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
 
 use crate::{debug::diagnostics::SightlineDiagnosticsPlugin, index::SpatialIndexPlugin};
 
 /// Adds the panel: see [`inspector`](self). Adds [`SpatialIndexPlugin`], [`SightlineDiagnosticsPlugin`] and, if there is a
-/// renderer, `EguiPlugin`, unless they are there; an `EguiPlugin` of your own has to be added before.
+/// renderer, `EguiPlugin`, unless they are there. An `EguiPlugin` of your own has to be added before; without one, egui
+/// sleeps while the panel is closed, and takes nothing of a frame.
 ///
 /// Without a renderer there is no panel, and [`inspector_ui`] works as ever.
 ///
@@ -96,6 +98,7 @@ impl Plugin for SightlineInspectorPlugin {
             );
         if can_render(app) && !app.is_plugin_added::<EguiPlugin>() {
             app.add_plugins(EguiPlugin::default());
+            sleep::sleep_while_closed(app);
         }
         if app.is_plugin_added::<EguiPlugin>() {
             app.add_systems(EguiPrimaryContextPass, panel::show_panel.run_if(has_panel));
@@ -111,7 +114,7 @@ impl Plugin for SightlineInspectorPlugin {
 }
 
 fn can_render(app: &App) -> bool {
-    app.get_sub_app(RenderApp).is_some()
+    app.is_plugin_added::<RenderPlugin>()
 }
 
 fn is_open(inspector: Res<SightlineInspector>) -> bool {

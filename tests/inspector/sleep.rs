@@ -1,0 +1,92 @@
+//! Egui, while the panel is closed.
+
+use bevy::{
+    prelude::*,
+    render::{RenderPlugin, settings::WgpuSettings},
+};
+use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
+use bevy_sightline::prelude::*;
+
+use crate::common::headless_app_with;
+
+/// How often egui has run.
+#[derive(Resource, Default)]
+struct Passes(usize);
+
+/// An app with a renderer that has no GPU, a camera to draw the panel on, and a count of passes.
+fn app_with(add_plugins: impl FnOnce(&mut App)) -> App {
+    let mut app = headless_app_with(|app| {
+        let no_gpu = WgpuSettings {
+            backends: None,
+            ..default()
+        };
+        app.add_plugins(RenderPlugin {
+            render_creation: no_gpu.into(),
+            ..default()
+        });
+        add_plugins(app);
+        app.init_resource::<Passes>()
+            .add_systems(EguiPrimaryContextPass, |mut passes: ResMut<Passes>| passes.0 += 1);
+    });
+    app.world_mut().spawn(Camera3d::default());
+    app
+}
+
+/// How many passes so many frames have.
+fn passes(app: &mut App, frames: usize) -> usize {
+    app.insert_resource(Passes(0));
+    for _ in 0..frames {
+        app.update();
+    }
+    app.world().resource::<Passes>().0
+}
+
+fn set_open(app: &mut App, open: bool) {
+    app.world_mut().resource_mut::<SightlineInspector>().open = open;
+}
+
+#[test]
+fn it_sleeps_while_the_panel_is_closed_and_wakes_when_it_opens() {
+    let mut app = app_with(|app| {
+        app.add_plugins(SightlineInspectorPlugin);
+    });
+    assert_eq!(passes(&mut app, 10), 0);
+    set_open(&mut app, true);
+    assert_eq!(passes(&mut app, 10), 10);
+}
+
+#[test]
+fn it_goes_on_for_some_frames_after_the_panel_was_closed_and_then_sleeps() {
+    let mut app = app_with(|app| {
+        app.add_plugins(SightlineInspectorPlugin);
+    });
+    set_open(&mut app, true);
+    passes(&mut app, 3);
+    set_open(&mut app, false);
+    assert!((1..5).contains(&passes(&mut app, 10)));
+    assert_eq!(passes(&mut app, 10), 0);
+}
+
+#[test]
+fn the_egui_of_the_game_never_sleeps() {
+    let mut app = app_with(|app| {
+        app.add_plugins((EguiPlugin::default(), SightlineInspectorPlugin));
+    });
+    assert_eq!(passes(&mut app, 10), 10);
+}
+
+#[test]
+#[should_panic(expected = "it has to be added after DefaultPlugins")]
+fn to_be_added_before_the_renderer_is_an_error_that_says_so() {
+    headless_app_with(|app| {
+        app.add_plugins(SightlineInspectorPlugin);
+        let no_gpu = WgpuSettings {
+            backends: None,
+            ..default()
+        };
+        app.add_plugins(RenderPlugin {
+            render_creation: no_gpu.into(),
+            ..default()
+        });
+    });
+}
