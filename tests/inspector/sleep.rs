@@ -3,8 +3,9 @@
 use bevy::{
     prelude::*,
     render::{RenderPlugin, settings::WgpuSettings},
+    window::{CursorMoved, PrimaryWindow, WindowEvent},
 };
-use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
+use bevy_egui::{EguiContext, EguiPlugin, EguiPrimaryContextPass, input::EguiWantsInput};
 use bevy_sightline::prelude::*;
 
 use crate::common::headless_app_with;
@@ -65,6 +66,39 @@ fn it_goes_on_for_some_frames_after_the_panel_was_closed_and_then_sleeps() {
     set_open(&mut app, false);
     assert!((1..5).contains(&passes(&mut app, 10)));
     assert_eq!(passes(&mut app, 10), 0);
+}
+
+#[test]
+fn the_pointer_is_free_again_after_the_panel_was_closed_under_it() {
+    let mut app = app_with(|app| {
+        app.add_plugins(SightlineInspectorPlugin);
+    });
+    set_open(&mut app, true);
+    passes(&mut app, 2);
+    let mut windows = app.world_mut().query_filtered::<Entity, With<PrimaryWindow>>();
+    let window = windows.single(app.world()).expect("there is one");
+    app.world_mut().write_message(WindowEvent::CursorMoved(CursorMoved {
+        window,
+        position: Vec2::new(1100.0, 400.0),
+        delta: None,
+    }));
+    passes(&mut app, 3);
+    assert!(is_pointer_wanted(&mut app));
+    set_open(&mut app, false);
+    passes(&mut app, 10);
+    assert!(!is_pointer_wanted(&mut app));
+}
+
+/// Whether egui has the pointer for itself.
+fn is_pointer_wanted(app: &mut App) -> bool {
+    let mut contexts = app.world_mut().query::<&mut EguiContext>();
+    let mut context = contexts.single_mut(app.world_mut()).expect("there is one");
+    let is_wanted = context.get_mut().egui_wants_pointer_input();
+    assert_eq!(
+        app.world().resource::<EguiWantsInput>().wants_any_pointer_input(),
+        is_wanted
+    );
+    is_wanted
 }
 
 #[test]
