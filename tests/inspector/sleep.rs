@@ -33,6 +33,12 @@ fn app_with(add_plugins: impl FnOnce(&mut App)) -> App {
     app
 }
 
+fn app_with_inspector() -> App {
+    app_with(|app| {
+        app.add_plugins(SightlineInspectorPlugin);
+    })
+}
+
 /// How many passes so many frames have.
 fn passes(app: &mut App, frames: usize) -> usize {
     app.insert_resource(Passes(0));
@@ -48,9 +54,7 @@ fn set_open(app: &mut App, open: bool) {
 
 #[test]
 fn it_sleeps_while_the_panel_is_closed_and_wakes_when_it_opens() {
-    let mut app = app_with(|app| {
-        app.add_plugins(SightlineInspectorPlugin);
-    });
+    let mut app = app_with_inspector();
     assert_eq!(passes(&mut app, 10), 0);
     set_open(&mut app, true);
     assert_eq!(passes(&mut app, 10), 10);
@@ -58,9 +62,7 @@ fn it_sleeps_while_the_panel_is_closed_and_wakes_when_it_opens() {
 
 #[test]
 fn it_goes_on_for_some_frames_after_the_panel_was_closed_and_then_sleeps() {
-    let mut app = app_with(|app| {
-        app.add_plugins(SightlineInspectorPlugin);
-    });
+    let mut app = app_with_inspector();
     set_open(&mut app, true);
     passes(&mut app, 3);
     set_open(&mut app, false);
@@ -70,9 +72,7 @@ fn it_goes_on_for_some_frames_after_the_panel_was_closed_and_then_sleeps() {
 
 #[test]
 fn the_pointer_is_free_again_after_the_panel_was_closed_under_it() {
-    let mut app = app_with(|app| {
-        app.add_plugins(SightlineInspectorPlugin);
-    });
+    let mut app = app_with_inspector();
     set_open(&mut app, true);
     passes(&mut app, 2);
     let mut windows = app.world_mut().query_filtered::<Entity, With<PrimaryWindow>>();
@@ -112,7 +112,7 @@ fn the_egui_of_the_game_never_sleeps() {
 #[test]
 #[should_panic(expected = "it has to be added after DefaultPlugins")]
 fn to_be_added_before_the_renderer_is_an_error_that_says_so() {
-    headless_app_with(|app| {
+    let _ = headless_app_with(|app| {
         app.add_plugins(SightlineInspectorPlugin);
         let no_gpu = WgpuSettings {
             backends: None,
