@@ -18,7 +18,7 @@ use bevy::math::{Mat4, Vec3, Vec3A};
 use super::LodMetric;
 
 /// The most levels that a group may have.
-pub(super) const MAX_LEVELS: usize = 8;
+pub(crate) const MAX_LEVELS: usize = 8;
 
 /// How large a view shows things.
 #[derive(Clone, Copy, Debug, PartialEq)]

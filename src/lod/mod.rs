@@ -66,6 +66,8 @@ mod view_levels;
 pub use choices::LodChoices;
 pub(crate) use choices::LodView;
 pub use group::{LodContent, LodHits, LodLevel, LodMetric, LodReference, ProxyLod};
+#[cfg(feature = "inspector")]
+pub(crate) use lens::MAX_LEVELS;
 pub use settings::{LodBias, LodSettings};
 pub use stats::LodStats;
 pub use streaming::{LodStreamingSettings, LodStreamingStats};

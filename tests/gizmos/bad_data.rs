@@ -50,11 +50,7 @@ fn an_entity_that_is_nowhere_is_not_drawn() {
 #[test]
 fn a_camera_that_is_nowhere_sees_nothing() {
     let (mut app, _) = app_with_cubes([10.0]);
-    let camera = app
-        .world_mut()
-        .query_filtered::<Entity, With<Camera>>()
-        .single(app.world())
-        .expect("one");
+    let camera = camera(&mut app);
     app.world_mut()
         .entity_mut(camera)
         .insert((Transform::from_translation(Vec3::NAN), ShowGizmos::default()));

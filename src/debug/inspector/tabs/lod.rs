@@ -23,20 +23,20 @@ use crate::{
         plot::{diagnostics, figure, thousands},
     },
     index::MeshBvhs,
-    lod::{LodBias, LodChoices, LodContent, LodSettings, LodStreamingStats, ProxyLod},
+    lod::{LodBias, LodChoices, LodContent, LodSettings, LodStreamingStats, MAX_LEVELS, ProxyLod},
 };
 
 const SWITCHED: DiagnosticPath = DiagnosticPath::const_new("sightline/lod/switched");
 
-/// The most levels that a group has.
-const LEVELS: usize = 8;
+/// How deep groups are looked into: bad data may have one within itself.
+const DEEPEST: usize = 64;
 
 /// What a view shows of all groups.
 #[derive(Debug, Default)]
 pub(in crate::debug::inspector) struct Tally {
     view: Option<Entity>,
     /// How many groups are at each level.
-    levels: [usize; LEVELS],
+    levels: [usize; MAX_LEVELS],
     /// How many are stood in for by a group around them.
     stood_in_for: usize,
     /// The triangles in view, and what they would be with all groups at their finest levels.
@@ -61,7 +61,7 @@ impl Groups<'_, '_> {
         };
         for root in self.choices.roots() {
             match self.choices.shown_level(root, view) {
-                Some(level) => tally.levels[level.min(LEVELS - 1)] += 1,
+                Some(level) => tally.levels[level.min(MAX_LEVELS - 1)] += 1,
                 None => tally.stood_in_for += 1,
             }
         }
@@ -87,7 +87,7 @@ impl Groups<'_, '_> {
 
     /// The group around all groups around this one.
     fn outermost(&self, mut root: Entity) -> Entity {
-        for _ in 0..LEVELS {
+        for _ in 0..DEEPEST {
             match self.choices.group_of(root) {
                 Some((around, _)) if around != root => root = around,
                 _ => break,
@@ -115,7 +115,7 @@ impl Groups<'_, '_> {
         };
         match &finest.content {
             LodContent::Mesh(mesh) => self.triangles_in(mesh.id()),
-            LodContent::Entities(members) if depth < LEVELS => members
+            LodContent::Entities(members) if depth < DEEPEST => members
                 .iter()
                 .map(|&member| match self.groups.contains(member) {
                     true => self.triangles_of_finest(member, depth + 1),

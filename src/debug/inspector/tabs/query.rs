@@ -1,6 +1,6 @@
 //! The ray under the mouse.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bevy::ecs::{
     change_detection::{DetectChangesMut, ResMut},
@@ -10,7 +10,7 @@ use bevy_egui::egui::{Grid, Ui};
 
 use super::figures;
 use crate::{
-    debug::inspector::{SightlineInspector, link::Names, mouse_ray::MouseRay, plot::thousands},
+    debug::inspector::{SightlineInspector, comparison::timed, link::Names, mouse_ray::MouseRay, plot::thousands},
     index::{EntityTest, RayHit, SceneQuery, SceneQuerySettings},
 };
 
@@ -98,11 +98,6 @@ fn test_name(test: &EntityTest) -> &'static str {
         EntityTest::Shape => "missed by its shape",
         EntityTest::Triangles(_) | EntityTest::Hierarchy { .. } => "missed by its triangles",
     }
-}
-
-fn timed<T>(run: impl FnOnce() -> T) -> (T, Duration) {
-    let start = Instant::now();
-    (run(), start.elapsed())
 }
 
 fn micros(time: Duration) -> String {
