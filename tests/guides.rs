@@ -1,4 +1,4 @@
-//! The guides know what the crate says.
+//! The guides know what the crate says, and the crate knows what the README says.
 
 use std::{fs, path::Path};
 
@@ -23,6 +23,27 @@ fn fixed_parts(rest: &str) -> Vec<String> {
         })
         .filter(|fixed| fixed.len() > 3)
         .collect()
+}
+
+#[test]
+fn every_snippet_of_the_readme_compiles() {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let readme = fs::read_to_string(tests.join("../README.md")).expect("the README is there");
+    // Those that need a feature are no documentation tests: each is a file, which is part of the tests of that feature.
+    let snippets = readme.split("```rust,ignore\n").skip(1);
+    let snippets = snippets.map(|rest| rest.split("```").next().unwrap_or(rest));
+    let mut expected: Vec<String> = snippets.map(str::to_owned).collect();
+    let files = source_files(&tests.join("readme")).into_iter();
+    let mut compiled: Vec<String> = files
+        .map(|file| fs::read_to_string(file).expect("a readable source file"))
+        .collect();
+    expected.sort_unstable();
+    compiled.sort_unstable();
+    assert!(
+        !expected.is_empty(),
+        "there are no snippets, or this does not find them"
+    );
+    assert_eq!(compiled, expected);
 }
 
 #[test]

@@ -13,6 +13,10 @@ mod holes;
 mod order;
 #[path = "sprites/picking.rs"]
 mod picking;
+#[path = "readme/sprite.rs"]
+#[rustfmt::skip]
+#[expect(dead_code, reason = "that it compiles is what it is for")]
+mod readme_sprite;
 #[path = "sprites/scene.rs"]
 mod scene;
 #[path = "sprites/selection.rs"]

@@ -1154,14 +1154,13 @@ struct IsOn(bool);
 // --- The grid ---
 
 #[test]
-fn a_grid_is_kept_as_long_as_the_settings_say_so() {
+fn a_grid_is_kept_as_the_settings_say() {
     let mut app = headless_app();
     let mut rng = rng(63);
     let cubes: Vec<Entity> = (0..200)
         .map(|_| spawn_cube(&mut app, random_point(&mut rng, 10.0)))
         .collect();
     step(&mut app);
-    assert!(index(&app).stats().cell_size.is_some(), "by default");
     let near = |app: &mut App| {
         query(app, |scene| {
             let mut near = Vec::new();
@@ -1169,6 +1168,7 @@ fn a_grid_is_kept_as_long_as_the_settings_say_so() {
             near
         })
     };
+    near(&mut app);
     let fixed = |cell| {
         Some(GridSettings {
             cell_size: CellSize::Fixed(cell),
@@ -1199,6 +1199,49 @@ fn a_grid_is_kept_as_long_as_the_settings_say_so() {
         step(&mut app);
         assert_eq!(near(&mut app), with);
     }
+}
+
+#[test]
+fn a_grid_is_there_only_while_it_is_asked_for() {
+    let (mut app, cube) = app_with_cube();
+    app.world_mut().resource_mut::<SpatialIndexSettings>().grid_kept = 3;
+    let near = |app: &mut App| {
+        query(app, |scene| {
+            let mut near = Vec::new();
+            scene.neighbours_within(Vec3::ZERO, 1.0, &SceneQuerySettings::default(), &mut near);
+            near.into_iter().map(|neighbour| neighbour.key).collect::<Vec<_>>()
+        })
+    };
+    let is_there = |app: &App| index(app).stats().cell_size.is_some();
+    step(&mut app);
+    assert!(!is_there(&app), "nobody has asked");
+    for _ in 0..2 {
+        assert_eq!(near(&mut app), [cube]);
+        for _ in 0..4 {
+            step(&mut app);
+            assert!(is_there(&app), "somebody has asked");
+            assert_eq!(index(&app).validate(), Ok(()));
+        }
+        step(&mut app);
+        assert!(!is_there(&app), "not for long");
+        assert_eq!(index(&app).stats().grid_memory, 0);
+    }
+}
+
+#[test]
+fn that_a_grid_comes_and_goes_is_no_change_of_the_index() {
+    let (mut app, _) = app_with_cube();
+    app.world_mut().resource_mut::<SpatialIndexSettings>().grid_kept = 1;
+    step(&mut app);
+    let last_changed = |app: &App| app.world().resource_ref::<SpatialIndex>().last_changed();
+    let before = last_changed(&app);
+    query(&mut app, |scene| {
+        scene.neighbours_within(Vec3::ZERO, 1.0, &SceneQuerySettings::default(), &mut Vec::new());
+    });
+    for _ in 0..4 {
+        step(&mut app);
+    }
+    assert_eq!(last_changed(&app), before);
 }
 
 // --- Figures ---

@@ -40,7 +40,9 @@ use bevy::{
 };
 use bevy_sightline::prelude::*;
 
+use gallery::Gallery;
 use options::Options;
+use shared::script::PlayScript;
 
 fn main() -> AppExit {
     let options = match command_line::read(Options::parse) {
@@ -68,6 +70,10 @@ fn main() -> AppExit {
             ..default()
         })
         .add_systems(Update, toggle_edges)
+        .configure_sets(
+            Last,
+            PlayScript.run_if(|gallery: Res<Gallery>| !gallery.columns.is_empty()),
+        )
         .run()
 }
 

@@ -14,7 +14,9 @@ use crate::{
     interaction::{Hovered, Selected},
     loading::load,
     options::Options,
-    picture, pointer, screenshot, sweep,
+    picture,
+    pointer::{self, Step},
+    sweep,
     traffic::Traveller,
 };
 
@@ -27,6 +29,12 @@ pub fn run(mut app: App) -> AppExit {
             AppExit::error()
         }
     }
+}
+
+/// Clicks on one tower and comes to rest on another.
+fn select_and_hover() -> impl Iterator<Item = Step> {
+    let (tower, other_tower) = (Vec2::new(0.195, 0.55), Vec2::new(0.68, 0.5));
+    pointer::click(tower).into_iter().chain([(other_tower, None); 2])
 }
 
 fn check_and_report(app: &mut App) -> Result<(), String> {
@@ -48,7 +56,7 @@ fn check_and_report(app: &mut App) -> Result<(), String> {
     let hidden = checks::check_occlusion(app)?;
     note("hidden_in_a_street", hidden.into());
 
-    pointer::play(app, screenshot::select_and_hover());
+    pointer::play(app, select_and_hover());
     let world = app.world_mut();
     let hovered = world.query::<&Hovered>().iter(world).len();
     let selected = world.query::<&Selected>().iter(world).len();

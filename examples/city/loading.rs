@@ -1,4 +1,4 @@
-//! Waiting until a city without a window is complete.
+//! Waiting until the city is complete.
 
 use bevy::prelude::*;
 use bevy_sightline::{index::MeshBvhs, prelude::*};
@@ -8,14 +8,17 @@ use crate::{blocks::ProxiesAreUp, shared};
 /// So many frames are enough for the models to arrive, and for all that is made of them.
 const PATIENCE: u32 = 200_000;
 
-/// Runs frames until all models are there, blocks have their proxies, and what occludes has its shapes.
+/// Whether blocks have their proxies, and what is made of meshes is there.
+pub fn is_complete(proxies: Res<ProxiesAreUp>, bvhs: Option<Res<MeshBvhs>>, occluders: Option<Res<Occluders>>) -> bool {
+    let making = bvhs.map_or(0, |bvhs| bvhs.building()) + occluders.map_or(0, |occluders| occluders.making());
+    proxies.0 && making == 0
+}
+
+/// Runs frames of a city without a window until all models are there, blocks have their proxies, and what occludes has its shapes.
 pub fn load(app: &mut App) -> Result<(), String> {
     shared::load(app)?;
     for _ in 0..PATIENCE {
-        let world = app.world();
-        let building = world.get_resource::<MeshBvhs>().map_or(0, MeshBvhs::building);
-        let making = world.get_resource::<Occluders>().map_or(0, Occluders::making);
-        if world.resource::<ProxiesAreUp>().0 && building + making == 0 {
+        if app.world_mut().run_system_cached(is_complete).unwrap_or(false) {
             // One more, in which cameras see what has come last.
             app.update();
             return Ok(());

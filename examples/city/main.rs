@@ -7,9 +7,6 @@
 //! cargo run --release --example city -- --entities 1000000 # a larger city
 //! cargo run --release --example city -- --plain            # the same with what Bevy has built in
 //! cargo run --release --example city -- --report           # both, in turn, and how long each stage takes
-//! # the picture in the README
-//! cargo run --release --example city -- --screenshot out/city_window.png
-//! convert out/city_window.png -resize 1000x -colors 96 PNG8:docs/city.png
 //! cargo run --release --example city -- --help             # all options
 //! ```
 //!
@@ -67,7 +64,6 @@ mod picture;
 mod plan;
 mod report;
 mod scenery;
-mod screenshot;
 mod stopwatch;
 mod sweep;
 mod traffic;
@@ -75,6 +71,7 @@ mod traffic;
 use bevy::{camera_controller::free_camera::FreeCameraPlugin, prelude::*};
 
 use options::Options;
+use shared::script::PlayScript;
 
 fn main() -> AppExit {
     let options = match command_line::read(Options::parse) {
@@ -91,14 +88,12 @@ fn main() -> AppExit {
         return headless::run(app);
     }
     app.add_plugins((FreeCameraPlugin, flight::window_plugin, marks::window_plugin))
-        .add_plugins((controls::window_plugin, figures::window_plugin));
+        .add_plugins((controls::window_plugin, figures::window_plugin))
+        .configure_sets(Last, PlayScript.run_if(loading::is_complete));
     if !options.plain {
         app.add_plugins((outline::window_plugin, controls::sightline_plugin));
         #[cfg(feature = "inspector")]
         app.add_plugins(bevy_sightline::prelude::SightlineInspectorPlugin);
-    }
-    if options.screenshot.is_some() {
-        app.add_plugins(screenshot::plugin);
     }
     app.run()
 }

@@ -8,16 +8,15 @@ use crate::{command_line::number, shared};
 
 const HELP: &str = "\
 Options of the city:
-  --headless         no window: check everything with a synthetic pointer, and print a report
-  --entities N       about so many things, from 1000 to 1000000 (17000)
-  --plain            on Bevy's built-ins alone, for comparison
-  --report           no window: fly through the city with bevy_sightline and with Bevy's built-ins, frame by frame in
-                     turn, and print how long each stage takes
-  --frames N         frames of the headless sweep, or of the flight (600)
-  --json FILE        write what is reported as JSON too
-  --picture FILE     where to put the headless picture (out/city.png)
-  --screenshot FILE  in the window: click on one tower, rest on another, take a picture of that, and quit
-  --help             this text";
+  --headless      no window: check everything with a synthetic pointer, and print a report
+  --entities N    about so many things, from 1000 to 1000000 (17000)
+  --plain         on Bevy's built-ins alone, for comparison
+  --report        no window: fly through the city with bevy_sightline and with Bevy's built-ins, frame by frame in
+                  turn, and print how long each stage takes
+  --frames N      frames of the headless sweep, or of the flight (600)
+  --json FILE     write what is reported as JSON too
+  --picture FILE  where to put the headless picture (out/city.png)
+  --help          this text";
 
 /// The things in a block, and in a street along the whole city, roughly.
 const IN_BLOCK: f32 = 64.0;
@@ -34,7 +33,6 @@ pub struct Options {
     pub frames: u32,
     pub json: Option<PathBuf>,
     pub picture: PathBuf,
-    pub screenshot: Option<PathBuf>,
 }
 
 impl Options {
@@ -48,7 +46,6 @@ impl Options {
             frames: 600,
             json: None,
             picture: "out/city.png".into(),
-            screenshot: None,
         };
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value\n\n{HELP}"));
@@ -63,7 +60,6 @@ impl Options {
                 "--frames" => options.frames = number(&value()?, HELP)?,
                 "--json" => options.json = Some(value()?.into()),
                 "--picture" => options.picture = value()?.into(),
-                "--screenshot" => options.screenshot = Some(value()?.into()),
                 "--help" | "-h" => {
                     println!("{HELP}");
                     return Ok(None);

@@ -52,6 +52,7 @@ use bevy::{camera_controller::free_camera::FreeCameraPlugin, prelude::*};
 use bevy_sightline::prelude::*;
 
 use options::Options;
+use shared::script::PlayScript;
 
 fn main() -> AppExit {
     let options = match command_line::read(Options::parse) {
@@ -69,6 +70,10 @@ fn main() -> AppExit {
     } else {
         app.add_plugins((FreeCameraPlugin, controls::plugin, views::plugin))
             .add_plugins((paint::plugin, figures::plugin))
+            .configure_sets(
+                Last,
+                PlayScript.run_if(|occluders: Res<Occluders>| occluders.making() == 0),
+            )
             .run()
     }
 }

@@ -2,12 +2,21 @@
 
 use bevy::app::AppExit;
 
+use crate::shared::script;
+
 /// What the arguments of the program say, or how it is to end if they ask for help, which has been printed, or cannot be
 /// read.
-pub fn read<T>(parse: impl FnOnce(std::iter::Skip<std::env::Args>) -> Result<Option<T>, String>) -> Result<T, AppExit> {
-    match parse(std::env::args().skip(1)) {
+pub fn read<T>(parse: impl FnOnce(std::vec::IntoIter<String>) -> Result<Option<T>, String>) -> Result<T, AppExit> {
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(at) = arguments.iter().position(|argument| argument == script::OPTION) {
+        arguments.drain(at..arguments.len().min(at + 2));
+    }
+    match parse(arguments.into_iter()) {
         Ok(Some(options)) => Ok(options),
-        Ok(None) => Err(AppExit::Success),
+        Ok(None) => {
+            println!("{}", script::HELP);
+            Err(AppExit::Success)
+        }
         Err(message) => {
             eprintln!("{message}");
             Err(AppExit::error())

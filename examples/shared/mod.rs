@@ -14,6 +14,8 @@ use bevy::{
 };
 use bevy_sightline::index::MeshBvhs;
 
+pub mod script;
+
 /// Whether a window could be opened: elsewhere than on Linux and its kin there always is a display.
 pub fn has_display() -> bool {
     let needs_server = cfg!(all(
@@ -24,7 +26,7 @@ pub fn has_display() -> bool {
     !needs_server || ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(is_set)
 }
 
-/// All of Bevy, with a window; headless, all but the renderer and the window system. The window is then an entity like
+/// All of Bevy, with a window and what plays a script in it; headless, all but the renderer and the window system. The window is then an entity like
 /// any other, for cameras and pointers to refer to, and nobody shows it.
 pub fn plugins(title: &str, headless: bool) -> PluginGroupBuilder {
     let window = WindowPlugin {
@@ -41,7 +43,7 @@ pub fn plugins(title: &str, headless: bool) -> PluginGroupBuilder {
         ..default()
     };
     if !headless {
-        return DefaultPlugins.set(window).set(assets);
+        return DefaultPlugins.set(window).set(assets).add(script::plugin);
     }
     let no_renderer = WgpuSettings {
         backends: None,
@@ -94,7 +96,7 @@ fn is_loaded(world: &mut World) -> Result<bool, String> {
         }
     }
     let assets = world.resource::<Assets<Mesh>>();
-    let meshes_are_there = meshes.iter(world).len() > 0 && meshes.iter(world).all(|mesh| assets.contains(mesh));
+    let meshes_are_there = meshes.iter(world).all(|mesh| assets.contains(mesh));
     let built = world.get_resource::<MeshBvhs>().is_none_or(|bvhs| bvhs.building() == 0);
     Ok(scenes_are_there && meshes_are_there && built)
 }

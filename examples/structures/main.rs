@@ -20,8 +20,8 @@
 //! The pictures of the documentation are made in the window, and then given fewer colours:
 //!
 //! ```sh
-//! cargo run --example structures -- --step 99 --structure 2 --screenshot docs/structures_2d.png
-//! cargo run --example structures -- --step 99 --three-d --screenshot docs/structures_3d.png
+//! cargo run --release --example structures -- --structure 2 --play "key End; wait 120; shot docs/structures_2d.png"
+//! cargo run --release --example structures -- --three-d --play "key End; wait 120; shot docs/structures_3d.png"
 //! mogrify -colors 96 docs/structures_2d.png docs/structures_3d.png
 //! ```
 
@@ -40,7 +40,6 @@ mod explorer;
 mod figures;
 mod headless;
 mod options;
-mod screenshot;
 mod structure;
 mod view;
 
@@ -65,7 +64,6 @@ fn main() -> AppExit {
             view::plugin,
             drawing::plugin,
             figures::plugin,
-            screenshot::plugin,
         ))
         .run()
 }

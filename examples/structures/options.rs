@@ -1,22 +1,19 @@
 //! The command line.
 
-use std::path::PathBuf;
-
 use bevy::prelude::Resource;
 
 use crate::{command_line::number, shared};
 
 const HELP: &str = "\
 Options of structures:
-  --headless         no window: compare all structures, and print figures
-  --boxes N          so many boxes (240)
-  --seed N           other boxes (1)
-  --rays N           rays of the headless comparison (1000)
-  --structure N      begin with structure N: 1 tree, 2 grid, 3 k-d tree, 4 octree, 5 list
-  --three-d          begin in three dimensions
-  --step N           begin after N visits
-  --screenshot FILE  show the window, take a picture of it, and end
-  --help             this text";
+  --headless     no window: compare all structures, and print figures
+  --boxes N      so many boxes (240)
+  --seed N       other boxes (1)
+  --rays N       rays of the headless comparison (1000)
+  --structure N  begin with structure N: 1 tree, 2 grid, 3 k-d tree, 4 octree, 5 list
+  --three-d      begin in three dimensions
+  --step N       begin after N visits
+  --help         this text";
 
 /// What the command line says.
 #[derive(Resource, Clone, Debug)]
@@ -28,7 +25,6 @@ pub struct Options {
     pub structure: usize,
     pub three_d: bool,
     pub step: usize,
-    pub screenshot: Option<PathBuf>,
 }
 
 impl Options {
@@ -42,7 +38,6 @@ impl Options {
             structure: 1,
             three_d: false,
             step: 0,
-            screenshot: None,
         };
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value\n\n{HELP}"));
@@ -54,7 +49,6 @@ impl Options {
                 "--structure" => options.structure = number(&value()?, HELP)? as usize,
                 "--three-d" => options.three_d = true,
                 "--step" => options.step = number(&value()?, HELP)? as usize,
-                "--screenshot" => options.screenshot = Some(value()?.into()),
                 "--help" | "-h" => {
                     println!("{HELP}");
                     return Ok(None);

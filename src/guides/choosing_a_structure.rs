@@ -107,18 +107,19 @@
 //! |---|---|
 //! | rays, lines of sight, selection | the tree, and then the hierarchy of each mesh that is met, or the shape of the entity |
 //! | regions, sweeps, the nearest, pairs | the tree; entities are their world boxes |
-//! | [`neighbours_within`](crate::index::SceneQuery::neighbours_within) | the grid; without one the tree, with the same answer |
+//! | [`neighbours_within`](crate::index::SceneQuery::neighbours_within) | the grid, which is there while this is asked; without one the tree, with the same answer |
 //! | what cameras and lights see, what is drawn as gizmos | the tree |
 //!
-//! So the grid is for `neighbours_within` alone. If you never call that, save its upkeep and memory; if your crowd is
-//! of one size, you may give that as its [`CellSize`](crate::spatial::uniform_grid::CellSize).
+//! So the grid is for `neighbours_within` alone. If you never call that, there is none; if your crowd is of one size, you
+//! may give that as its [`CellSize`](crate::spatial::uniform_grid::CellSize).
 //!
 //! ```
 //! # use bevy::prelude::*;
-//! # use bevy_sightline::prelude::*;
+//! # use bevy_sightline::{prelude::*, spatial::uniform_grid::{CellSize, GridSettings}};
 //! # let mut app = App::new();
 //! app.add_plugins(SightlinePlugins);
-//! app.world_mut().resource_mut::<SpatialIndexSettings>().grid = None;
+//! let of_people = GridSettings { cell_size: CellSize::Fixed(2.0) };
+//! app.world_mut().resource_mut::<SpatialIndexSettings>().grid = Some(of_people);
 //! ```
 //!
 //! What rays hit of each entity, triangles, a simpler mesh, a volume or a shape, is chosen entity by entity: the table

@@ -120,7 +120,7 @@
 //! |---|---|
 //! | `sightline/index/reconciled` | something writes `Mesh3d`, `Aabb`, `RenderLayers` or the like in every frame, equal or not: write on change (`set_if_neq`) |
 //! | `sightline/index/moved` | everything moves: see below. What is not asked for, such as particles, may have [`NoSpatialIndex`] |
-//! | `sightline/index/structures` | the grid is kept for `neighbours_within` alone: without calls, [`SpatialIndexSettings::grid`]` = None` |
+//! | `sightline/index/structures` | everything moves; where few ask for `neighbours_within`, and seldom, without a grid: [`SpatialIndexSettings::grid`]` = None` |
 //! | `sightline/index/posed_for_rays` | rays come near many skinned meshes: give them a `PickShape` |
 //! | `sightline/meshes/building` | meshes were loaded, or are edited in every frame; until a hierarchy is there, rays test all triangles |
 //! | `sightline/picking/backend` | many pointers or cameras, or `report_blocked` |

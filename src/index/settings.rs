@@ -15,9 +15,13 @@ use crate::{geometry::ray::triangle::Backfaces, spatial::uniform_grid::GridSetti
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct SpatialIndexSettings {
     /// The [`UniformGrid`](crate::spatial::UniformGrid) beside the tree, which answers
-    /// [`neighbours_within`](super::SceneQuery::neighbours_within). By default there is one, with cells of the size that it
-    /// finds best; a size that is not positive and finite changes nothing, with a warning. Without it the tree answers, in the same way and more slowly, and its memory and upkeep are saved.
+    /// [`neighbours_within`](super::SceneQuery::neighbours_within). By default there is one while that is asked, with cells
+    /// of the size that it finds best; a size that is not positive and finite changes nothing, with a warning. Without it
+    /// the tree answers, in the same way and more slowly.
     pub grid: Option<GridSettings>,
+    /// For how many frames the grid is kept after it was last asked for: 600 by default. It is built in the frame after the
+    /// first question, which the tree answers; what nobody asks has neither memory nor upkeep.
+    pub grid_kept: u32,
     /// For how many frames the copy of a mesh is kept in which it was posed for rays, after the last that came near: the
     /// hierarchy and all triangles, some 100 bytes for each. 60 by default.
     pub posed_meshes_kept: u32,
@@ -29,6 +33,7 @@ impl Default for SpatialIndexSettings {
     fn default() -> Self {
         Self {
             grid: Some(GridSettings::default()),
+            grid_kept: 600,
             posed_meshes_kept: 60,
             meshes: MeshSettings::default(),
         }

@@ -9,7 +9,7 @@ use super::{OccluderShape, Occluders, OcclusionBuffer, OcclusionStats, SoftwareO
 use crate::{
     geometry::tolerance,
     index::{Key, SpatialIndex},
-    raster::{Faces, MaskedDepthBuffer, ScreenRect},
+    raster::{Faces, MaskedDepthBuffer, PixelRect},
     spatial::{
         aabb_tree::{HalfSpaces, Judge, Sides, Waiting},
         lanes::Boxes,
@@ -39,9 +39,9 @@ pub(crate) struct Surroundings<'a> {
 /// Kept for its memory.
 #[derive(Debug, Default)]
 pub(super) struct Work {
-    waiting: Vec<Waiting<ScreenRect>>,
+    waiting: Vec<Waiting<PixelRect>>,
     /// What was seen when its turn came.
-    seen: Vec<(Key, ScreenRect)>,
+    seen: Vec<(Key, PixelRect)>,
 }
 
 impl Viewpoint {
@@ -107,12 +107,14 @@ impl OcclusionBuffer {
         self.viewpoint = Some(*viewpoint);
         self.is_new = true;
         self.work.seen.clear();
+        let screen = self.depth.size().element_product() as f32;
         let mut hide = Hide {
             depth: &mut self.depth,
             seen: &mut self.work.seen,
             stats: OcclusionStats::default(),
             viewpoint,
             clip_from_world: viewpoint.clip_from_world.as_dmat4(),
+            screen,
             occluders: around.occluders,
             may_occlude,
             sides,
@@ -127,7 +129,7 @@ impl OcclusionBuffer {
         let Self { depth, stats, work, .. } = self;
         stats.tested += work.seen.len();
         work.seen.iter().filter_map(|(key, place)| {
-            let is_hidden = depth.hides_rect(place);
+            let is_hidden = depth.hides(place);
             stats.hidden += usize::from(is_hidden);
             is_hidden.then_some(*key)
         })
@@ -156,38 +158,40 @@ impl OcclusionBuffer {
 /// Judges by what has been drawn so far, and draws what occludes.
 struct Hide<'a, F, V> {
     depth: &'a mut MaskedDepthBuffer,
-    seen: &'a mut Vec<(Key, ScreenRect)>,
+    seen: &'a mut Vec<(Key, PixelRect)>,
     stats: OcclusionStats,
     viewpoint: &'a Viewpoint,
     /// In double precision.
     clip_from_world: DMat4,
+    /// The pixels of the buffer.
+    screen: f32,
     occluders: &'a Occluders,
     may_occlude: F,
     sides: &'a mut V,
 }
 
 impl<F: Fn(Key) -> bool, V: Sides<Key>> Judge<Key> for Hide<'_, F, V> {
-    type Place = ScreenRect;
+    type Place = PixelRect;
 
     #[inline(always)]
-    fn places<S: Simd>(&self, simd: S, boxes: Boxes) -> [ScreenRect; LANES] {
-        self.depth.rects_of_boxes(simd, boxes, &self.viewpoint.clip_from_world)
+    fn places<S: Simd>(&self, simd: S, boxes: Boxes) -> [PixelRect; LANES] {
+        self.depth.pixels_of_boxes(simd, boxes, &self.viewpoint.clip_from_world)
     }
 
     #[inline(always)]
-    fn nearness(place: &ScreenRect) -> f32 {
+    fn nearness(place: &PixelRect) -> f32 {
         place.nearest
     }
 
     #[inline(always)]
-    fn is_open<S: Simd>(&mut self, simd: S, place: &ScreenRect) -> bool {
+    fn is_open<S: Simd>(&mut self, simd: S, place: &PixelRect) -> bool {
         self.stats.tested += 1;
         // What is beside the screen is for the half-spaces to tell.
-        !self.depth.meets(place) || self.depth.shows_rect(simd, place)
+        place.is_empty() || self.depth.shows(simd, place)
     }
 
     #[inline(always)]
-    fn visit<S: Simd>(&mut self, _: S, key: Key, aabb: &Aabb3d, place: &ScreenRect, is_inside: bool) {
+    fn visit<S: Simd>(&mut self, _: S, key: Key, aabb: &Aabb3d, place: &PixelRect, is_inside: bool) {
         if is_inside {
             self.sides.inside(&[key]);
         } else {
@@ -208,14 +212,14 @@ impl<F: Fn(Key) -> bool, V> Hide<'_, F, V> {
     /// What lies within what is drawn hides as that does, but for two cases: from within, or where the near plane cuts
     /// its surface away, one sees through; and what is seen turned inside out shows its inside.
     #[inline]
-    fn draw(&mut self, key: Key, aabb: &Aabb3d, place: &ScreenRect) {
+    fn draw(&mut self, key: Key, aabb: &Aabb3d, place: &PixelRect) {
         let Viewpoint {
             settings: SoftwareOcclusion { budget, .. },
             inverts_culling,
             lens,
             ..
         } = self.viewpoint;
-        if self.depth.share_of(place) < budget.least_area {
+        if (place.area() as f32) < budget.least_area * self.screen {
             return;
         }
         let Some((shape, world_from_local)) = self.occluders.get(key.entity) else {

@@ -56,4 +56,5 @@ mod triangles;
 
 pub use buffer::{Faces, MaskedDepthBuffer, RasterMode};
 pub use mesh::OccluderMesh;
+pub(crate) use query::PixelRect;
 pub use query::ScreenRect;

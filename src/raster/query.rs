@@ -1,7 +1,5 @@
 //! What is hidden?
 
-use std::ops::Range;
-
 use bevy::math::{Mat4, Vec2, Vec3A, Vec4Swizzles, bounding::Aabb3d};
 
 use super::{
@@ -12,7 +10,7 @@ use crate::{
     geometry::tolerance,
     spatial::{
         lanes::Boxes,
-        simd::{LANES, Portable, Simd, Task, dispatch},
+        simd::{LANES, Portable, Simd, Task, dispatch, prefetch},
     },
 };
 
@@ -36,10 +34,53 @@ impl ScreenRect {
     };
 }
 
+/// The pixels of which a [`ScreenRect`] has some, from the first column and row to before the last, and how near it is:
+/// none where the first is not before the last.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelRect {
+    left: u32,
+    top: u32,
+    right: u32,
+    bottom: u32,
+    pub nearest: f32,
+}
+
+impl PixelRect {
+    /// Whether none of it is on the screen.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.left >= self.right || self.top >= self.bottom
+    }
+
+    /// How many pixels it has.
+    #[inline(always)]
+    pub fn area(&self) -> u32 {
+        self.right.saturating_sub(self.left) * self.bottom.saturating_sub(self.top)
+    }
+}
+
+/// [`ScreenRect`]s, lane by lane.
+struct ScreenRects<S: Simd> {
+    min: [S::F32s; 2],
+    max: [S::F32s; 2],
+    nearest: S::F32s,
+}
+
+impl<S: Simd> ScreenRects<S> {
+    #[inline(always)]
+    fn splat(simd: S, rect: &ScreenRect) -> Self {
+        Self {
+            min: [simd.splat(rect.min.x), simd.splat(rect.min.y)],
+            max: [simd.splat(rect.max.x), simd.splat(rect.max.y)],
+            nearest: simd.splat(rect.nearest),
+        }
+    }
+}
+
 impl MaskedDepthBuffer {
     /// Whether something in this rectangle of the screen can be seen. What is beside the screen cannot.
     pub fn is_rect_visible(&self, rect: &ScreenRect) -> bool {
-        dispatch(TestRect { buffer: self, rect })
+        dispatch(TestRect { buffer: self, rect }) == Some(true)
     }
 
     /// Whether something in a box can be seen. What reaches through the near plane can; what is beside the screen cannot.
@@ -78,32 +119,27 @@ impl MaskedDepthBuffer {
     pub fn rect_of(&self, aabb: &Aabb3d, clip_from_world: &Mat4) -> ScreenRect {
         let [min, max] = [aabb.min, aabb.max].map(|end| end.to_array().map(|coordinate| [coordinate; LANES]));
         let boxes = Boxes { min: &min, max: &max };
-        self.rects_of_boxes(Portable, boxes, clip_from_world)[0]
-    }
-
-    /// Whether some of a rectangle is on the screen. Nothing is on one without pixels.
-    pub fn meets(&self, rect: &ScreenRect) -> bool {
-        let size = self.size().as_vec2();
-        let is_beside = rect.min.x >= size.x || rect.min.y >= size.y || rect.max.x <= 0.0 || rect.max.y <= 0.0;
-        // Also what is NaN is somewhere.
-        !is_beside && self.size.x > 0
-    }
-
-    /// The share of the screen that a rectangle takes up, from 0 to 1.
-    pub fn share_of(&self, rect: &ScreenRect) -> f32 {
-        let size = self.size().as_vec2();
-        let part = (rect.max.min(size) - rect.min.max(Vec2::ZERO)).max(Vec2::ZERO) / size;
-        part.x * part.y
+        let ScreenRects { min, max, nearest } = self.rects_of_boxes(Portable, boxes, clip_from_world);
+        ScreenRect {
+            min: min.map(|ends| ends[0]).into(),
+            max: max.map(|ends| ends[0]).into(),
+            nearest: nearest[0],
+        }
     }
 
     /// Whether what has been drawn hides all of a rectangle that is on the screen. What is beside it is not hidden by that.
     pub fn hides_rect(&self, rect: &ScreenRect) -> bool {
-        self.meets(rect) && !self.is_rect_visible(rect)
+        dispatch(TestRect { buffer: self, rect }) == Some(false)
+    }
+
+    /// The same of pixels.
+    pub(crate) fn hides(&self, rect: &PixelRect) -> bool {
+        !rect.is_empty() && !dispatch(TestPixels { buffer: self, rect })
     }
 
     /// Where eight boxes are on the screen.
     #[inline(always)]
-    pub(crate) fn rects_of_boxes<S: Simd>(&self, simd: S, boxes: Boxes, clip_from_world: &Mat4) -> [ScreenRect; LANES] {
+    fn rects_of_boxes<S: Simd>(&self, simd: S, boxes: Boxes, clip_from_world: &Mat4) -> ScreenRects<S> {
         let mut ends = [[simd.splat(0.0); 3]; 2];
         let mut largest = [simd.splat(0.0); 3];
         for axis in 0..3 {
@@ -119,44 +155,66 @@ impl MaskedDepthBuffer {
         hull.rects(simd, magnitudes(simd, clip_from_world, largest), self.size().as_vec2())
     }
 
+    /// The pixels that eight boxes have on the screen.
     #[inline(always)]
-    pub(crate) fn shows_rect<S: Simd>(&self, simd: S, rect: &ScreenRect) -> bool {
-        // Also what is NaN is everywhere.
-        let ends = |min: f32, max: f32, size: u32| -> Range<u32> {
-            let first = if min > 0.0 { (min as u32).min(size) } else { 0 };
-            let end = if max < size as f32 {
-                max.max(0.0).ceil() as u32
-            } else {
-                size
-            };
-            // What is no wider than the border between two pixels is in one of them.
-            if max <= 0.0 {
-                0..0
-            } else {
-                first..end.max(first + 1).min(size)
+    pub(crate) fn pixels_of_boxes<S: Simd>(&self, simd: S, boxes: Boxes, clip_from_world: &Mat4) -> [PixelRect; LANES] {
+        let rects = self.rects_of_boxes(simd, boxes, clip_from_world);
+        self.pixels_of(simd, &rects)
+    }
+
+    /// The pixels that rectangles have on the screen. What is NaN has all.
+    #[inline(always)]
+    fn pixels_of<S: Simd>(&self, simd: S, rects: &ScreenRects<S>) -> [PixelRect; LANES] {
+        let [left, right] = pixels_between(simd, rects.min[0], rects.max[0], self.size.x);
+        let [top, bottom] = pixels_between(simd, rects.min[1], rects.max[1], self.size.y);
+        let rows = simd.rows([left, top, right, bottom]);
+        let nearest = simd.store(rects.nearest);
+        std::array::from_fn(|lane| {
+            let [left, top, right, bottom] = rows[lane].map(f32::to_bits);
+            PixelRect {
+                left,
+                top,
+                right,
+                bottom,
+                nearest: nearest[lane],
             }
-        };
-        let rows = ends(rect.min.y, rect.max.y, self.size.y);
-        let columns = ends(rect.min.x, rect.max.x, self.size.x);
-        if rows.is_empty() || columns.is_empty() {
+        })
+    }
+
+    /// Has what is first looked at of a rectangle brought close.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, rect: &PixelRect) {
+        let tile = rect.top / TILE_HEIGHT * self.tiles_across() + rect.left / TILE_WIDTH;
+        if let Some(tile) = self.tiles.get(tile as usize) {
+            prefetch(tile);
+        }
+    }
+
+    /// Whether something in these pixels can be seen.
+    #[inline(always)]
+    pub(crate) fn shows<S: Simd>(&self, simd: S, rect: &PixelRect) -> bool {
+        if rect.is_empty() {
             return false;
         }
-        // Nothing is drawn beyond the far plane, and so nothing hides what is there.
+        // Nothing is drawn beyond the far plane, and so nothing hides what is there. NaN is everywhere.
         let nearest = simd.splat(if rect.nearest < 0.0 { 0.0 } else { rect.nearest });
-        let (first, last) = (columns.start / TILE_WIDTH, (columns.end - 1) / TILE_WIDTH);
-        let from_left = simd.load_bits(&blocks_of_columns(columns.start % TILE_WIDTH, TILE_WIDTH));
-        let to_right = simd.load_bits(&blocks_of_columns(0, (columns.end - 1) % TILE_WIDTH + 1));
-        for tile_y in rows.start / TILE_HEIGHT..=(rows.end - 1) / TILE_HEIGHT {
+        let (last_column, last_row) = (rect.right - 1, rect.bottom - 1);
+        let tiles = rect.left / TILE_WIDTH..=last_column / TILE_WIDTH;
+        let from_left = &FROM_COLUMN[(rect.left % TILE_WIDTH) as usize];
+        let to_right = &TO_COLUMN[(last_column % TILE_WIDTH) as usize];
+        for tile_y in rect.top / TILE_HEIGHT..=last_row / TILE_HEIGHT {
             let top = tile_y * TILE_HEIGHT;
-            let in_rows = blocks_of_rows(rows.start.saturating_sub(top), (rows.end - top).min(TILE_HEIGHT));
-            let in_rows = simd.load_bits(&in_rows);
-            for tile_x in first..=last {
+            let in_rows = simd.and(
+                simd.load_bits(&FROM_ROW[rect.top.saturating_sub(top) as usize]),
+                simd.load_bits(&TO_ROW[(last_row - top).min(TILE_HEIGHT - 1) as usize]),
+            );
+            for tile_x in tiles.clone() {
                 let mut pixels = in_rows;
-                if tile_x == first {
-                    pixels = simd.and(pixels, from_left);
+                if tile_x == *tiles.start() {
+                    pixels = simd.and(pixels, simd.load_bits(from_left));
                 }
-                if tile_x == last {
-                    pixels = simd.and(pixels, to_right);
+                if tile_x == *tiles.end() {
+                    pixels = simd.and(pixels, simd.load_bits(to_right));
                 }
                 let tile = (tile_y * self.tiles_across() + tile_x) as usize;
                 if self.tiles[tile].shows(simd, pixels, nearest) {
@@ -168,27 +226,95 @@ impl MaskedDepthBuffer {
     }
 }
 
-/// The pixels of a tile from one column to before another, block by block.
+/// The first of so many pixels that some of what lies between two ends is in, and the one after the last: whole numbers, as
+/// bits.
 #[inline(always)]
-fn blocks_of_columns(first: u32, end: u32) -> [u32; LANES] {
-    let columns = (u32::MAX >> (TILE_WIDTH - (end - first))) << first;
+fn pixels_between<S: Simd>(simd: S, min: S::F32s, max: S::F32s, size: u32) -> [S::F32s; 2] {
+    let (zero, size) = (simd.splat(0.0), simd.splat(size as f32));
+    // Which of the two comes first decides what is made of NaN.
+    let first = simd.min(simd.max(min, zero), size);
+    let first = simd.sub(zero, simd.ceil(simd.sub(zero, first)));
+    let end = simd.ceil(simd.max(simd.min(max, size), zero));
+    // What is no wider than the border between two pixels is in one of them.
+    let end = simd.min(simd.max(end, simd.add(first, simd.splat(1.0))), size);
+    let end = simd.select(simd.le(max, zero), zero, end);
+    [simd.floats(simd.whole(first)), simd.floats(simd.whole(end))]
+}
+
+/// The pixels of a tile from each column on, block by block.
+const FROM_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
+    let mut table = [[0; LANES]; TILE_WIDTH as usize];
+    let mut column = 0;
+    while column < TILE_WIDTH {
+        table[column as usize] = blocks_of_columns(u32::MAX << column);
+        column += 1;
+    }
+    table
+};
+
+/// Those up to each column.
+const TO_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
+    let mut table = [[0; LANES]; TILE_WIDTH as usize];
+    let mut column = 0;
+    while column < TILE_WIDTH {
+        table[column as usize] = blocks_of_columns(u32::MAX >> (TILE_WIDTH - 1 - column));
+        column += 1;
+    }
+    table
+};
+
+/// Those from each row on.
+const FROM_ROW: [[u32; LANES]; TILE_HEIGHT as usize] = {
+    let mut table = [[0; LANES]; TILE_HEIGHT as usize];
+    let mut row = 0;
+    while row < TILE_HEIGHT {
+        table[row as usize] = blocks_of_rows(u64::MAX << (BLOCK_WIDTH * row));
+        row += 1;
+    }
+    table
+};
+
+/// Those up to each row.
+const TO_ROW: [[u32; LANES]; TILE_HEIGHT as usize] = {
+    let mut table = [[0; LANES]; TILE_HEIGHT as usize];
+    let mut row = 0;
+    while row < TILE_HEIGHT {
+        table[row as usize] = blocks_of_rows(u64::MAX >> (BLOCK_WIDTH * (TILE_HEIGHT - 1 - row)));
+        row += 1;
+    }
+    table
+};
+
+/// The pixels of a tile in some columns, one bit for each, block by block.
+const fn blocks_of_columns(columns: u32) -> [u32; LANES] {
     let mut blocks = [0; LANES];
-    for (lane, block) in blocks.iter_mut().enumerate() {
+    let mut lane = 0;
+    while lane < LANES {
         // The same columns in each of four rows.
-        *block = (columns >> (BLOCK_WIDTH * (lane as u32 % 4)) & 0xff) * 0x0101_0101;
+        blocks[lane] = (columns >> (BLOCK_WIDTH * (lane as u32 % 4)) & 0xff) * 0x0101_0101;
+        lane += 1;
     }
     blocks
 }
 
-/// The pixels of a tile from one row to before another, block by block.
-#[inline(always)]
-fn blocks_of_rows(first: u32, end: u32) -> [u32; LANES] {
-    let rows = (u64::MAX >> (BLOCK_WIDTH * (TILE_HEIGHT - (end - first)))) << (BLOCK_WIDTH * first);
-    let mut blocks = [rows as u32; LANES];
-    for block in &mut blocks[LANES / 2..] {
-        *block = (rows >> 32) as u32;
+/// The pixels of a tile in some rows, with a bit for each pixel of a column of blocks, block by block.
+const fn blocks_of_rows(rows: u64) -> [u32; LANES] {
+    let (upper, lower) = (rows as u32, (rows >> 32) as u32);
+    [upper, upper, upper, upper, lower, lower, lower, lower]
+}
+
+struct TestPixels<'a> {
+    buffer: &'a MaskedDepthBuffer,
+    rect: &'a PixelRect,
+}
+
+impl Task for TestPixels<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        self.buffer.shows(simd, self.rect)
     }
-    blocks
 }
 
 struct TestRect<'a> {
@@ -197,11 +323,16 @@ struct TestRect<'a> {
 }
 
 impl Task for TestRect<'_> {
-    type Output = bool;
+    /// Whether it can be seen, if it is on the screen.
+    type Output = Option<bool>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> bool {
-        self.buffer.shows_rect(simd, self.rect)
+    fn run<S: Simd>(self, simd: S) -> Option<bool> {
+        let pixels = &self.buffer.pixels_of(simd, &ScreenRects::splat(simd, self.rect))[0];
+        if pixels.is_empty() {
+            return None;
+        }
+        Some(self.buffer.shows(simd, pixels))
     }
 }
 
@@ -218,6 +349,8 @@ impl<F: FnMut(usize)> Task for TestBoxes<'_, F> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         let (mut min, mut max) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        // While what is looked at of some boxes is brought close, those before them are tested.
+        let mut waiting: Option<(usize, usize, [PixelRect; LANES])> = None;
         for (group, aabbs) in self.aabbs.chunks(LANES).enumerate() {
             for (lane, aabb) in aabbs.iter().enumerate() {
                 for axis in 0..3 {
@@ -226,11 +359,26 @@ impl<F: FnMut(usize)> Task for TestBoxes<'_, F> {
                 }
             }
             let boxes = Boxes { min: &min, max: &max };
-            let rects = self.buffer.rects_of_boxes(simd, boxes, self.clip_from_world);
-            for (lane, rect) in rects[..aabbs.len()].iter().enumerate() {
-                if self.buffer.shows_rect(simd, rect) {
-                    (self.visit)(group * LANES + lane);
-                }
+            let rects = self.buffer.pixels_of_boxes(simd, boxes, self.clip_from_world);
+            for rect in &rects {
+                self.buffer.prefetch(rect);
+            }
+            if let Some(before) = waiting.replace((group, aabbs.len(), rects)) {
+                self.test(simd, before);
+            }
+        }
+        if let Some(last) = waiting {
+            self.test(simd, last);
+        }
+    }
+}
+
+impl<F: FnMut(usize)> TestBoxes<'_, F> {
+    #[inline(always)]
+    fn test<S: Simd>(&mut self, simd: S, (group, count, rects): (usize, usize, [PixelRect; LANES])) {
+        for (lane, rect) in rects[..count].iter().enumerate() {
+            if self.buffer.shows(simd, rect) {
+                (self.visit)(group * LANES + lane);
             }
         }
     }
@@ -291,7 +439,8 @@ impl Task for TestBox<'_> {
             max: (Vec2::new(max.x, -min.y) + grow + 1.0) * size,
             nearest: nearest + (error.z + error.w * nearest.abs()) / sure_w,
         };
-        self.buffer.shows_rect(simd, &rect)
+        let pixels = self.buffer.pixels_of(simd, &ScreenRects::splat(simd, &rect));
+        self.buffer.shows(simd, &pixels[0])
     }
 }
 
@@ -368,7 +517,7 @@ impl<S: Simd> ScreenHull<S> {
 
     /// The rectangles, grown by rounding, on a screen of this size.
     #[inline(always)]
-    fn rects(&self, simd: S, magnitudes: [S::F32s; 4], size: Vec2) -> [ScreenRect; LANES] {
+    fn rects(&self, simd: S, magnitudes: [S::F32s; 4], size: Vec2) -> ScreenRects<S> {
         let slack = simd.splat(tolerance::RASTER_BOX);
         let [error_x, error_y, error_z, error_w] = magnitudes;
         let error_w = simd.mul(error_w, slack);
@@ -387,21 +536,15 @@ impl<S: Simd> ScreenHull<S> {
             per_w,
         );
         let half = [simd.splat(0.5 * size.x), simd.splat(0.5 * size.y)];
-        let min_x = simd.store(simd.mul(simd.add(simd.sub(self.min[0], grow_x), one), half[0]));
-        let max_x = simd.store(simd.mul(simd.add(simd.add(self.max[0], grow_x), one), half[0]));
-        let min_y = simd.store(simd.mul(simd.sub(one, simd.add(self.max[1], grow_y)), half[1]));
-        let max_y = simd.store(simd.mul(simd.sub(one, simd.sub(self.min[1], grow_y)), half[1]));
-        let nearest = simd.store(simd.add(self.nearest, grow_z));
-        let mut rects = [ScreenRect::ANYWHERE; LANES];
-        for (lane, rect) in rects.iter_mut().enumerate() {
-            if near >> lane & 1 == 0 {
-                *rect = ScreenRect {
-                    min: Vec2::new(min_x[lane], min_y[lane]),
-                    max: Vec2::new(max_x[lane], max_y[lane]),
-                    nearest: nearest[lane],
-                };
-            }
+        let min_x = simd.mul(simd.add(simd.sub(self.min[0], grow_x), one), half[0]);
+        let max_x = simd.mul(simd.add(simd.add(self.max[0], grow_x), one), half[0]);
+        let min_y = simd.mul(simd.sub(one, simd.add(self.max[1], grow_y)), half[1]);
+        let max_y = simd.mul(simd.sub(one, simd.sub(self.min[1], grow_y)), half[1]);
+        let (least, greatest) = (simd.splat(f32::NEG_INFINITY), simd.splat(f32::INFINITY));
+        ScreenRects {
+            min: [simd.select(near, least, min_x), simd.select(near, least, min_y)],
+            max: [simd.select(near, greatest, max_x), simd.select(near, greatest, max_y)],
+            nearest: simd.select(near, greatest, simd.add(self.nearest, grow_z)),
         }
-        rects
     }
 }

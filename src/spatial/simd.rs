@@ -51,6 +51,8 @@ pub(crate) trait Simd: Copy {
     fn div(self, a: Self::F32s, b: Self::F32s) -> Self::F32s;
     /// The least whole numbers that are not less.
     fn ceil(self, values: Self::F32s) -> Self::F32s;
+    /// The whole parts of values from 0 to 2^31.
+    fn whole(self, values: Self::F32s) -> Self::U32s;
     /// The bits of the values.
     fn bits(self, values: Self::F32s) -> Self::U32s;
     /// The values of the bits.
@@ -243,6 +245,11 @@ impl Simd for Portable {
     #[inline(always)]
     fn ceil(self, values: Self::F32s) -> Self::F32s {
         values.map(f32::ceil)
+    }
+
+    #[inline(always)]
+    fn whole(self, values: Self::F32s) -> Self::U32s {
+        values.map(|value| value as u32)
     }
 
     #[inline(always)]
@@ -484,6 +491,11 @@ mod avx2 {
         #[inline(always)]
         fn ceil(self, values: __m256) -> __m256 {
             unsafe { _mm256_ceil_ps(values) }
+        }
+
+        #[inline(always)]
+        fn whole(self, values: __m256) -> __m256i {
+            unsafe { _mm256_cvttps_epi32(values) }
         }
 
         #[inline(always)]

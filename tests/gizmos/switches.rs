@@ -61,6 +61,8 @@ fn nodes_have_the_colours_of_their_depths() {
 fn cells_are_those_of_the_grid_that_hold_something() {
     let (mut app, cubes) = many();
     draw(&mut app, |gizmos| gizmos.cells = true);
+    // The grid is there since it was asked for.
+    draw(&mut app, |_| {});
     let cells = boxes(&app);
     assert!(!cells.is_empty());
     assert_eq!(stats(&app).cells, count(cells.len(), 0));

@@ -9,6 +9,10 @@ mod lod;
 mod opening;
 mod panel;
 mod query;
+#[path = "../readme/inspector.rs"]
+#[rustfmt::skip]
+#[expect(dead_code, reason = "that it compiles is what it is for")]
+mod readme_inspector;
 mod settings;
 mod sleep;
 mod structures;

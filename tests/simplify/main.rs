@@ -10,4 +10,12 @@ mod deviation;
 mod merge;
 mod meshes;
 mod models;
+#[path = "../readme/auto_proxy.rs"]
+#[rustfmt::skip]
+#[expect(dead_code, reason = "that it compiles is what it is for")]
+mod readme_auto_proxy;
+#[path = "../readme/cluster_proxy.rs"]
+#[rustfmt::skip]
+#[expect(dead_code, reason = "that it compiles is what it is for")]
+mod readme_cluster_proxy;
 mod silhouettes;

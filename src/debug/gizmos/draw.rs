@@ -80,7 +80,7 @@ pub(super) fn draw_all(
         });
     }
     if config.cells
-        && let Some(grid) = world.index.grid()
+        && let Some(grid) = world.index.ask_grid()
     {
         stats.cells = cells(config, &views).draw(&mut gizmos, |cells| cells.of_grid(grid));
     }

@@ -175,7 +175,7 @@ impl SceneQuery<'_, '_> {
             neighbours.extend(boxes.accept(key).map(|key| Neighbour { key, distance_squared }));
             Visit::Continue
         };
-        match self.index.grid() {
+        match self.index.ask_grid() {
             Some(grid) => grid.visit_near(point.into(), radius, |key, distance_squared| {
                 if self.admit_visibility(key, settings) {
                     visit(key, distance_squared)

@@ -7,6 +7,8 @@ mod validate;
 pub use stats::SpatialIndexStats;
 pub use validate::BrokenIndex;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use bevy::{
     camera::visibility::RenderLayers,
     ecs::{
@@ -22,7 +24,7 @@ use crate::{
     spatial::{AabbTree, Descend, LeafId, SpatialQueries, SpatialUpdates, UniformGrid},
 };
 
-/// All indexed entities in a tree of their world boxes, and in a grid of them, as of the last
+/// All indexed entities in a tree of their world boxes, and in a grid of them while that is asked for, as of the last
 /// [`SpatialIndexSystems::Sync`](super::SpatialIndexSystems::Sync).
 ///
 /// Ask it through [`SceneQuery`](super::SceneQuery); what is here is for tools and tests.
@@ -32,6 +34,8 @@ use crate::{
 pub struct SpatialIndex {
     tree: AabbTree<Key>,
     grid: Option<UniformGrid<Key>>,
+    /// Whether somebody has asked for the grid.
+    is_grid_asked: AtomicBool,
     /// The slot of each entity by its index in the world, [`NO_SLOT`] for those that are not here.
     slot_of: Vec<Slot>,
     /// What changes need to know, slot by slot.
@@ -138,6 +142,7 @@ impl SpatialIndex {
         Self {
             tree: AabbTree::default(),
             grid: None,
+            is_grid_asked: AtomicBool::new(false),
             slot_of: Vec::new(),
             tenants: Vec::new(),
             entries: Vec::new(),
@@ -218,8 +223,12 @@ impl SpatialIndex {
         self.syncs
     }
 
-    /// The grid, if one is kept.
-    pub(crate) fn grid(&self) -> Option<&UniformGrid<Key>> {
+    /// The grid, if one is kept: by the next synchronisation there is one, if the settings allow it.
+    pub(crate) fn ask_grid(&self) -> Option<&UniformGrid<Key>> {
+        // Mostly there is nothing to write to what many threads read.
+        if !self.is_grid_asked.load(Ordering::Relaxed) {
+            self.is_grid_asked.store(true, Ordering::Relaxed);
+        }
         self.grid.as_ref()
     }
 

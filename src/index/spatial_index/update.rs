@@ -131,6 +131,16 @@ impl SpatialIndex {
         }
     }
 
+    /// Whether the grid was asked for since this was last called.
+    pub(in crate::index) fn take_grid_asked(&mut self) -> bool {
+        std::mem::take(self.is_grid_asked.get_mut())
+    }
+
+    /// With which settings a grid is kept, if one is.
+    pub(in crate::index) fn grid_settings(&self) -> Option<GridSettings> {
+        self.grid.as_ref().map(UniformGrid::settings)
+    }
+
     /// Keeps a grid with these settings from now on, or none.
     ///
     /// # Panics

@@ -8,12 +8,13 @@
 //! Entities that are [posed](super::pose) are placed by their poses instead, in parallel too.
 
 mod changes;
+mod grid_upkeep;
 mod reconcile;
 
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},
     ecs::{
-        change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
+        change_detection::{DetectChangesMut, Res, ResMut},
         entity::Entity,
         message::{MessageCursor, Messages},
         system::{Local, Query},
@@ -30,13 +31,12 @@ use super::{
 };
 use crate::{
     phase::phase,
-    spatial::{SpatialQueries, UniformGrid, aabb_tree::Rebuilt},
+    spatial::{SpatialQueries, aabb_tree::Rebuilt},
 };
 pub(super) use changes::Found;
 use changes::{Changes, Removed};
+use grid_upkeep::GridUpkeep;
 use reconcile::{BoundedByMesh, Indexed, Reconciler};
-use tracing::warn;
-
 /// Trees with fewer leaves than this are built anew within the frame: that takes about a millisecond.
 const LEAST_BESIDE: usize = 2048;
 
@@ -83,6 +83,7 @@ pub(super) fn follow_mesh_assets(
 #[derive(Default)]
 pub(super) struct Memory {
     bounded_by_mesh: BoundedByMesh,
+    grid_upkeep: GridUpkeep,
     /// What was posed for rays until the last frame.
     posed_for_rays: PosingStats,
     /// Buffers, kept for their memory.
@@ -109,22 +110,14 @@ pub(super) fn follow_entities(
     let phase = phase!("sightline/index/sync");
     let Memory {
         bounded_by_mesh,
+        grid_upkeep,
         posed_for_rays,
         parts,
         moves,
         dirty,
         new,
     } = &mut *memory;
-    if settings.is_changed() && settings.grid != index.grid().map(UniformGrid::settings) {
-        if settings.grid.is_none_or(|grid| grid.is_sound()) {
-            index.set_grid(settings.grid);
-        } else {
-            warn!(
-                "the grid stays as it is, for there is none with these settings: {:?}",
-                settings.grid
-            );
-        }
-    }
+    grid_upkeep.follow(&settings, &mut index);
     let find = phase!("sightline/index/find");
     inputs.read_events();
     changes.find(&index, parts);

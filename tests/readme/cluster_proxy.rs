@@ -1,0 +1,12 @@
+use bevy::prelude::*;
+use bevy_sightline::prelude::*;
+
+fn spawn_street(mut commands: Commands, assets: Res<AssetServer>) {
+    let house = assets.load("house.glb#Scene0");
+    let street = commands.spawn((Transform::default(), Visibility::default(), ClusterProxy::default())).id();
+    for number in 0..20 {
+        let place = Transform::from_xyz(12.0 * number as f32, 0.0, 0.0);
+        commands.spawn((WorldAssetRoot(house.clone()), place, ChildOf(street)));
+    }
+    commands.add_observer(|ready: On<ProxyReady>| println!("{} has a proxy", ready.entity));
+}
