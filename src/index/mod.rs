@@ -60,6 +60,7 @@ pub(crate) mod mask;
 mod mesh_slot;
 mod meshes;
 mod pick_shape;
+mod placement;
 mod pose;
 mod scene_query;
 mod settings;

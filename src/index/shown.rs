@@ -16,7 +16,7 @@ use crate::geometry::{
 impl SpatialIndex {
     /// The mesh that rays hit of an entity, or a volume of it, with its place in the world; `None` if there is none, or it
     /// is posed.
-    pub(crate) fn placed_mesh(&self, entity: Entity) -> Option<(AssetId<Mesh>, &Affine3A)> {
+    pub(crate) fn placed_mesh(&self, entity: Entity) -> Option<(AssetId<Mesh>, Affine3A)> {
         let surface = self.surface_of(entity).filter(|surface| surface.pose.is_none())?;
         Some((surface.mesh()?, surface.world_from_local()))
     }

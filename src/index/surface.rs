@@ -1,14 +1,12 @@
 //! What rays hit on an entity, placed in the world.
 
-use std::sync::OnceLock;
-
 use bevy::{
     asset::AssetId,
     math::{Affine3A, DAffine3, Vec3},
     mesh::Mesh,
 };
 
-use super::{PickShape, pose::PoseId};
+use super::{PickShape, placement::Placement, pose::PoseId};
 use crate::geometry::{
     ray::{Ray, triangle::Backfaces},
     volume::BoundingKind,
@@ -21,9 +19,7 @@ pub(super) struct PlacedSurface {
     pub backfaces: Backfaces,
     /// If it is a mesh that is posed.
     pub pose: Option<PoseId>,
-    world_from_local: Affine3A,
-    /// Computed for the first ray that asks: most of what moves has moved on before a ray comes near.
-    local_from_world: OnceLock<Option<DAffine3>>,
+    placement: Placement,
 }
 
 /// What rays hit on an entity, in its local space.
@@ -42,33 +38,33 @@ impl PlacedSurface {
             shape,
             backfaces,
             pose: None,
-            world_from_local,
-            local_from_world: OnceLock::new(),
+            placement: Placement::new(world_from_local),
         }
     }
 
-    /// Puts the surface somewhere else.
-    pub fn place(&mut self, world_from_local: Affine3A) {
-        self.world_from_local = world_from_local;
-        self.local_from_world = OnceLock::new();
+    /// Puts the surface somewhere else, while nobody asks for it.
+    #[inline]
+    pub fn place(&self, world_from_local: &Affine3A) {
+        self.placement.put(world_from_local);
     }
 
-    pub fn world_from_local(&self) -> &Affine3A {
-        &self.world_from_local
+    pub fn world_from_local(&self) -> Affine3A {
+        self.placement.world_from_local()
     }
 
     /// In double precision, for [`Ray::transformed_by`]. `None` where the transform flattens the surface.
     #[inline]
-    pub fn local_from_world(&self) -> Option<&DAffine3> {
-        let inverse = || inverse(&self.world_from_local).or_else(|| self.inverse_in_plane());
-        self.local_from_world.get_or_init(inverse).as_ref()
+    pub fn local_from_world(&self) -> Option<DAffine3> {
+        let find = |world_from_local: &Affine3A| {
+            inverse(world_from_local).or_else(|| self.inverse_in_plane(*world_from_local))
+        };
+        self.placement.local_from_world(find)
     }
 
     /// Of a flat surface across z, the inverse of a transform that does what this does in the plane, and keeps the rest:
     /// it does not matter that a scale for two dimensions has zero for the third.
-    fn inverse_in_plane(&self) -> Option<DAffine3> {
+    fn inverse_in_plane(&self, mut in_plane: Affine3A) -> Option<DAffine3> {
         let (normal, _) = self.plane()?;
-        let mut in_plane = self.world_from_local;
         let [x, y] = [in_plane.matrix3.x_axis, in_plane.matrix3.y_axis];
         in_plane.matrix3.z_axis = x.cross(y).normalize();
         (normal == Vec3::Z).then(|| inverse(&in_plane)).flatten()
@@ -85,7 +81,7 @@ impl PlacedSurface {
     /// The ray in the space of the surface, with the same parameters, if there is such a ray.
     #[inline]
     pub fn ray_to_local(&self, ray: &Ray) -> Option<Ray> {
-        ray.transformed_by(self.local_from_world()?)
+        ray.transformed_by(&self.local_from_world()?)
     }
 
     /// A unit normal in world space, for one in the space of the surface: normals transform by the inverse transpose
@@ -104,7 +100,7 @@ impl PlacedSurface {
         let (normal, offset) = self.plane()?;
         let local_from_world = self.local_from_world()?;
         let point = self
-            .world_from_local
+            .world_from_local()
             .as_daffine3()
             .transform_point3((normal * offset).as_dvec3());
         // Of unit length, so that a scale leaves no trace.

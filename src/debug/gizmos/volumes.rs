@@ -62,7 +62,7 @@ impl Volumes<'_> {
             return None;
         };
         let fits = lines_of(volume) <= left;
-        fits.then(|| pen.volume(volume, world_from_local, color)).flatten()
+        fits.then(|| pen.volume(volume, &world_from_local, color)).flatten()
     }
 }
 

@@ -71,7 +71,7 @@ impl<'a> Candidate<'a, '_, '_> {
             },
             Shape::Analytic(ref shape) => CandidateSurface::Shape(shape.surface()),
         };
-        Some((surface, *placed.world_from_local()))
+        Some((surface, placed.world_from_local()))
     }
 }
 

@@ -71,6 +71,6 @@ impl SceneQuery<'_, '_> {
     fn placed_mesh(&self, entity: Entity) -> Option<PlacedMesh<'_>> {
         let surface = self.index.surface_of(entity).filter(|_| self.exists(entity))?;
         let mesh = self.meshes.used_slot(surface.mesh()?)?;
-        Some(self.tested(surface, mesh)?.placed(*surface.world_from_local()))
+        Some(self.tested(surface, mesh)?.placed(surface.world_from_local()))
     }
 }

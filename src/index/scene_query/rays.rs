@@ -249,7 +249,7 @@ impl SceneQuery<'_, '_> {
                 let place = |vertex| surface.world_from_local().transform_point3(vertex);
                 let vertices @ [a, b, c] = mesh.triangle(hit).map(place);
                 let distance = surface.local_from_world().map_or(hit.t, |local_from_world| {
-                    ray.refined_under(local_from_world, mesh.triangle(hit), hit.t)
+                    ray.refined_under(&local_from_world, mesh.triangle(hit), hit.t)
                         .clamp(ray.t_min(), ray.t_max())
                 });
                 let normal = match surface.local_from_world() {

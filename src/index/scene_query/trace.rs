@@ -92,7 +92,7 @@ impl SceneQuery<'_, '_> {
         match local.zip(triangles.hierarchy()) {
             Some((local, bvh)) => EntityTest::Hierarchy {
                 trace: bvh.trace_closest_hit(&local, backfaces(surface, settings)).1,
-                world_from_mesh: *surface.world_from_local(),
+                world_from_mesh: surface.world_from_local(),
             },
             None => EntityTest::Triangles(triangles.mesh().len()),
         }

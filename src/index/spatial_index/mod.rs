@@ -134,7 +134,6 @@ pub(super) struct Contents {
 pub(super) struct Moves {
     in_tree: Vec<(LeafId, Aabb3d)>,
     in_grid: Vec<(LeafId, Aabb3d)>,
-    surfaces: Vec<(Slot, Affine3A)>,
 }
 
 impl SpatialIndex {
@@ -270,10 +269,11 @@ impl SpatialIndex {
         (!tenant.is_posed).then_some(tenant.local)
     }
 
-    /// Notes where an entity has moved to. Changes nothing yet, so that this may go on in many places at once.
+    /// Notes where an entity has moved to, and puts there what rays hit. This may go on in many places at once, while nobody
+    /// asks for anything.
     ///
-    /// False, and nothing is noted, if that takes more than to move it: it is not in the index, or its world box would
-    /// not be sound.
+    /// False, and nothing is done, if that takes more than to move it: it is not in the index, or its world box would not
+    /// be sound.
     #[inline]
     pub(super) fn note_move(&self, entity: Entity, world_from_local: Affine3A, moves: &mut Moves) -> bool {
         let Some(slot) = self.slot(entity) else {
@@ -288,7 +288,7 @@ impl SpatialIndex {
         if is_sound {
             moves.push(tenant, world);
             if tenant.has_surface {
-                moves.surfaces.push((slot, world_from_local));
+                self.put_surface(slot, &world_from_local);
             }
         }
         is_sound
@@ -313,8 +313,15 @@ impl SpatialIndex {
             return false;
         };
         moves.push(&self.tenants[slot as usize], world);
-        moves.surfaces.push((slot, world_from_local));
+        self.put_surface(slot, &world_from_local);
         true
+    }
+
+    #[inline]
+    fn put_surface(&self, slot: Slot, world_from_local: &Affine3A) {
+        if let Some(surface) = &self.surfaces[slot as usize] {
+            surface.place(world_from_local);
+        }
     }
 }
 
@@ -336,20 +343,9 @@ impl Moves {
         self.in_tree.len()
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.in_tree.is_empty()
-    }
-
     #[inline]
     fn push(&mut self, tenant: &Tenant, world: Aabb3d) {
         self.in_tree.push((tenant.leaf, world));
         self.in_grid.extend(tenant.in_grid.map(|leaf| (leaf, world)));
-    }
-
-    /// Adds what is in `other`, and leaves that empty.
-    pub fn append(&mut self, other: &mut Self) {
-        self.in_tree.append(&mut other.in_tree);
-        self.in_grid.append(&mut other.in_grid);
-        self.surfaces.append(&mut other.surfaces);
     }
 }

@@ -2,7 +2,6 @@
 
 use bevy::{
     ecs::entity::Entity,
-    math::bounding::Aabb3d,
     tasks::{ComputeTaskPool, TaskPool},
 };
 
@@ -70,36 +69,40 @@ impl SpatialIndex {
             self.tree.set_mask(tenant.leaf, mask).expect("a tenant has a leaf");
         }
         self.entries[slot] = contents.entry;
-        // Before it was known that there is more to do, the entity may have been noted as one that has but moved.
-        let place = contents.surface.as_ref().map(|surface| *surface.world_from_local());
-        moves.surfaces.extend(place.map(|place| (slot as Slot, place)));
         self.surfaces[slot] = contents.surface;
     }
 
-    /// Moves entities. What has been removed since the move was noted is passed over.
-    pub(in crate::index) fn apply_moves(&mut self, moves: &mut Moves) {
-        for (slot, world_from_local) in moves.surfaces.drain(..) {
-            if let Some(surface) = &mut self.surfaces[slot as usize] {
-                surface.place(world_from_local);
-            }
+    /// Moves entities, as was noted in several places: where something was noted twice, the last counts. What has been
+    /// removed since is passed over.
+    pub(in crate::index) fn apply_moves(&mut self, moves: &mut [&mut Moves]) {
+        let mut in_grid = Vec::new();
+        if let Some((first, others)) = moves.split_first_mut() {
+            in_grid = std::mem::take(&mut first.in_grid);
+            others.iter_mut().for_each(|other| in_grid.append(&mut other.in_grid));
         }
         let Self { tree, grid, .. } = self;
-        let Moves { in_tree, in_grid, .. } = &*moves;
+        let in_tree = moves.iter().map(|moves| &moves.in_tree[..]);
+        let move_in_tree = |tree: &mut AabbTree<Key>| only_the_gone(tree.refit_parts(in_tree));
+        let move_in_grid = |grid: &mut UniformGrid<Key>| only_the_gone(grid.update_many(&in_grid));
         match grid {
             Some(grid) if in_grid.len() >= LEAST_SHARED => {
                 ComputeTaskPool::get_or_init(TaskPool::default).scope(|scope| {
-                    scope.spawn(async { store(tree, in_tree) });
-                    scope.spawn(async { store(grid, in_grid) });
+                    scope.spawn(async { move_in_tree(tree) });
+                    scope.spawn(async { move_in_grid(grid) });
                 });
             }
             Some(grid) => {
-                store(tree, in_tree);
-                store(grid, in_grid);
+                move_in_tree(tree);
+                move_in_grid(grid);
             }
-            None => store(tree, in_tree),
+            None => move_in_tree(tree),
         }
-        moves.in_tree.clear();
-        moves.in_grid.clear();
+        in_grid.clear();
+        moves.iter_mut().for_each(|moves| moves.in_tree.clear());
+        if let Some(first) = moves.first_mut() {
+            // For its memory.
+            first.in_grid = in_grid;
+        }
     }
 
     /// Takes an entity out of the index, if it is there.
@@ -183,11 +186,10 @@ fn checked(leaf: Result<LeafId, UnsoundBox>) -> LeafId {
     leaf.expect("the box was checked")
 }
 
-/// Gives leaves new boxes. What is gone is passed over.
-fn store(structure: &mut impl SpatialUpdates<Key>, boxes: &[(LeafId, Aabb3d)]) {
-    let refused = structure.update_many(boxes);
-    let only_the_gone = |(_, why)| why == UpdateError::NoSuchLeaf(NoSuchLeaf);
-    debug_assert!(refused.into_iter().all(only_the_gone), "the boxes were checked");
+/// Passes over what is gone: nothing else is refused.
+fn only_the_gone(refused: Vec<(LeafId, UpdateError)>) {
+    let is_gone = |(_, why)| why == UpdateError::NoSuchLeaf(NoSuchLeaf);
+    debug_assert!(refused.into_iter().all(is_gone), "the boxes were checked");
 }
 
 /// Stores `value` in a slot, which is one of those that are there, or the next.

@@ -37,6 +37,7 @@ pub(super) use changes::Found;
 use changes::{Changes, Removed};
 use grid_upkeep::GridUpkeep;
 use reconcile::{BoundedByMesh, Indexed, Reconciler};
+use smallvec::SmallVec;
 /// Trees with fewer leaves than this are built anew within the frame: that takes about a millisecond.
 const LEAST_BESIDE: usize = 2048;
 
@@ -128,8 +129,9 @@ pub(super) fn follow_entities(
     let posing = posing.end();
     let posed_before = std::mem::replace(posed_for_rays, quietly.stats());
     let mut posed = 0;
-    for found in parts {
-        moves.append(&mut found.moves);
+    let mut moved = 0;
+    for found in &mut *parts {
+        moved += found.moves.len();
         dirty.append(&mut found.dirty);
         posed += std::mem::take(&mut found.posed);
     }
@@ -153,7 +155,7 @@ pub(super) fn follow_entities(
         dirty.dedup();
     }
     *stats = SyncStats {
-        moved: moves.len(),
+        moved,
         reconciled: dirty.len(),
         posed,
         posing,
@@ -165,7 +167,7 @@ pub(super) fn follow_entities(
     };
 
     // Nothing to do must not count as a change of the index.
-    if !(moves.is_empty() && dirty.is_empty()) {
+    if moved > 0 || !dirty.is_empty() {
         if !dirty.is_empty() {
             let mut reconciler = Reconciler {
                 assets: assets.as_deref(),
@@ -182,7 +184,9 @@ pub(super) fn follow_entities(
             }
         }
         let structures = phase!("sightline/index/structures");
-        index.apply_moves(moves);
+        let found = parts.iter_mut().map(|found| &mut found.moves);
+        let mut moves: SmallVec<[&mut Moves; 32]> = found.chain([moves]).collect();
+        index.apply_moves(&mut moves);
         if !new.is_empty() {
             index.insert_many(new);
         }

@@ -261,7 +261,7 @@ impl<K: Copy> SpatialUpdates<K> for AabbTree<K> {
     }
 
     fn update_many(&mut self, updates: &[(LeafId, Aabb3d)]) -> Vec<(LeafId, UpdateError)> {
-        self.refit_many(updates)
+        self.refit_parts(std::iter::once(updates))
     }
 
     fn clear(&mut self) {

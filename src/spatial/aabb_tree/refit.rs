@@ -49,9 +49,22 @@ impl<K: Copy> AabbTree<K> {
     }
 
     /// Gives leaves new boxes, and returns those that were refused.
-    pub(super) fn refit_many(&mut self, updates: &[(LeafId, Aabb3d)]) -> Vec<(LeafId, UpdateError)> {
+    pub(crate) fn refit_parts<'a>(
+        &mut self,
+        parts: impl Iterator<Item = &'a [(LeafId, Aabb3d)]>,
+    ) -> Vec<(LeafId, UpdateError)> {
         let mut refused = Vec::new();
         self.scratch.dirty.resize(self.nodes.len().div_ceil(64), 0);
+        for part in parts {
+            self.store_boxes(part, &mut refused);
+        }
+        dispatch(RefitDirty(self));
+        self.reinsert_strays();
+        refused
+    }
+
+    /// Stores the boxes of leaves, and marks their nodes.
+    fn store_boxes(&mut self, updates: &[(LeafId, Aabb3d)], refused: &mut Vec<(LeafId, UpdateError)>) {
         for (index, &(id, aabb)) in updates.iter().enumerate() {
             if let Some((next, _)) = updates.get(index + 2 * AHEAD) {
                 self.leaves.prefetch(*next);
@@ -70,9 +83,6 @@ impl<K: Copy> AabbTree<K> {
                 }
             }
         }
-        dispatch(RefitDirty(self));
-        self.reinsert_strays();
-        refused
     }
 
     /// Fits all nodes to their children.
