@@ -16,14 +16,6 @@
 //!
 //! **Headless** sends rays through all structures, in two and three dimensions, checks that each gives the answer of
 //! the plain list, and prints what a ray visits and tests on average.
-//!
-//! The pictures of the documentation are made in the window, and then given fewer colours:
-//!
-//! ```sh
-//! cargo run --release --example structures -- --structure 2 --play "key End; wait 120; shot docs/structures_2d.png"
-//! cargo run --release --example structures -- --three-d --play "key End; wait 120; shot docs/structures_3d.png"
-//! mogrify -colors 96 docs/structures_2d.png docs/structures_3d.png
-//! ```
 
 #[path = "../shared/command_line.rs"]
 mod command_line;

@@ -40,6 +40,7 @@
 //! assert!(buffer.is_aabb_visible(&wall, &clip_from_world));
 //! ```
 
+mod batch;
 mod buffer;
 mod clip;
 mod cuboid;

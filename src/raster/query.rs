@@ -3,6 +3,7 @@
 use bevy::math::{Mat4, Vec2, Vec3A, Vec4Swizzles, bounding::Aabb3d};
 
 use super::{
+    batch::Batch,
     buffer::MaskedDepthBuffer,
     tile::{BLOCK_WIDTH, TILE_HEIGHT, TILE_WIDTH},
 };
@@ -10,7 +11,7 @@ use crate::{
     geometry::tolerance,
     spatial::{
         lanes::Boxes,
-        simd::{LANES, Portable, Simd, Task, dispatch, prefetch},
+        simd::{LANES, Portable, Simd, Task, dispatch},
     },
 };
 
@@ -38,10 +39,10 @@ impl ScreenRect {
 /// none where the first is not before the last.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelRect {
-    left: u32,
-    top: u32,
-    right: u32,
-    bottom: u32,
+    pub(super) left: u32,
+    pub(super) top: u32,
+    pub(super) right: u32,
+    pub(super) bottom: u32,
     pub nearest: f32,
 }
 
@@ -50,6 +51,13 @@ impl PixelRect {
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.left >= self.right || self.top >= self.bottom
+    }
+
+    /// How near it is, as far as that matters: nothing is drawn beyond the far plane, and so nothing hides what is there. NaN
+    /// is everywhere.
+    #[inline(always)]
+    pub(super) fn nearest_drawn(&self) -> f32 {
+        if self.nearest < 0.0 { 0.0 } else { self.nearest }
     }
 
     /// How many pixels it has.
@@ -181,33 +189,21 @@ impl MaskedDepthBuffer {
         })
     }
 
-    /// Has what is first looked at of a rectangle brought close.
-    #[inline(always)]
-    pub(crate) fn prefetch(&self, rect: &PixelRect) {
-        let tile = rect.top / TILE_HEIGHT * self.tiles_across() + rect.left / TILE_WIDTH;
-        if let Some(tile) = self.tiles.get(tile as usize) {
-            prefetch(tile);
-        }
-    }
-
     /// Whether something in these pixels can be seen.
     #[inline(always)]
     pub(crate) fn shows<S: Simd>(&self, simd: S, rect: &PixelRect) -> bool {
         if rect.is_empty() {
             return false;
         }
-        // Nothing is drawn beyond the far plane, and so nothing hides what is there. NaN is everywhere.
-        let nearest = simd.splat(if rect.nearest < 0.0 { 0.0 } else { rect.nearest });
+        let nearest = simd.splat(rect.nearest_drawn());
         let (last_column, last_row) = (rect.right - 1, rect.bottom - 1);
         let tiles = rect.left / TILE_WIDTH..=last_column / TILE_WIDTH;
         let from_left = &FROM_COLUMN[(rect.left % TILE_WIDTH) as usize];
         let to_right = &TO_COLUMN[(last_column % TILE_WIDTH) as usize];
         for tile_y in rect.top / TILE_HEIGHT..=last_row / TILE_HEIGHT {
             let top = tile_y * TILE_HEIGHT;
-            let in_rows = simd.and(
-                simd.load_bits(&FROM_ROW[rect.top.saturating_sub(top) as usize]),
-                simd.load_bits(&TO_ROW[(last_row - top).min(TILE_HEIGHT - 1) as usize]),
-            );
+            let in_rows = rows(rect.top.saturating_sub(top), (last_row - top).min(TILE_HEIGHT - 1));
+            let in_rows = simd.load_bits(&ROWS[in_rows as usize]);
             for tile_x in tiles.clone() {
                 let mut pixels = in_rows;
                 if tile_x == *tiles.start() {
@@ -242,7 +238,7 @@ fn pixels_between<S: Simd>(simd: S, min: S::F32s, max: S::F32s, size: u32) -> [S
 }
 
 /// The pixels of a tile from each column on, block by block.
-const FROM_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
+pub(super) const FROM_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
     let mut table = [[0; LANES]; TILE_WIDTH as usize];
     let mut column = 0;
     while column < TILE_WIDTH {
@@ -253,7 +249,7 @@ const FROM_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
 };
 
 /// Those up to each column.
-const TO_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
+pub(super) const TO_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
     let mut table = [[0; LANES]; TILE_WIDTH as usize];
     let mut column = 0;
     while column < TILE_WIDTH {
@@ -263,27 +259,23 @@ const TO_COLUMN: [[u32; LANES]; TILE_WIDTH as usize] = {
     table
 };
 
-/// Those from each row on.
-const FROM_ROW: [[u32; LANES]; TILE_HEIGHT as usize] = {
-    let mut table = [[0; LANES]; TILE_HEIGHT as usize];
-    let mut row = 0;
-    while row < TILE_HEIGHT {
-        table[row as usize] = blocks_of_rows(u64::MAX << (BLOCK_WIDTH * row));
-        row += 1;
+/// The pixels of a tile from one row to another, block by block, by the [number](rows) of the two.
+pub(super) const ROWS: [[u32; LANES]; (TILE_HEIGHT * TILE_HEIGHT) as usize] = {
+    let mut table = [[0; LANES]; (TILE_HEIGHT * TILE_HEIGHT) as usize];
+    let mut number = 0;
+    while number < TILE_HEIGHT * TILE_HEIGHT {
+        let (from, to) = (number / TILE_HEIGHT, number % TILE_HEIGHT);
+        let up_to = u64::MAX >> (BLOCK_WIDTH * (TILE_HEIGHT - 1 - to));
+        table[number as usize] = blocks_of_rows(u64::MAX << (BLOCK_WIDTH * from) & up_to);
+        number += 1;
     }
     table
 };
 
-/// Those up to each row.
-const TO_ROW: [[u32; LANES]; TILE_HEIGHT as usize] = {
-    let mut table = [[0; LANES]; TILE_HEIGHT as usize];
-    let mut row = 0;
-    while row < TILE_HEIGHT {
-        table[row as usize] = blocks_of_rows(u64::MAX >> (BLOCK_WIDTH * (TILE_HEIGHT - 1 - row)));
-        row += 1;
-    }
-    table
-};
+/// The number of the rows from one to another, both included. In its bits, the two are beside each other.
+pub(super) const fn rows(from: u32, to: u32) -> u32 {
+    from * TILE_HEIGHT + to
+}
 
 /// The pixels of a tile in some columns, one bit for each, block by block.
 const fn blocks_of_columns(columns: u32) -> [u32; LANES] {
@@ -349,9 +341,9 @@ impl<F: FnMut(usize)> Task for TestBoxes<'_, F> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         let (mut min, mut max) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        // While what is looked at of some boxes is brought close, those before them are tested.
-        let mut waiting: Option<(usize, usize, [PixelRect; LANES])> = None;
-        for (group, aabbs) in self.aabbs.chunks(LANES).enumerate() {
+        let mut batch = Batch::new();
+        let mut first = 0;
+        for aabbs in self.aabbs.chunks(LANES) {
             for (lane, aabb) in aabbs.iter().enumerate() {
                 for axis in 0..3 {
                     min[axis][lane] = aabb.min[axis];
@@ -360,27 +352,14 @@ impl<F: FnMut(usize)> Task for TestBoxes<'_, F> {
             }
             let boxes = Boxes { min: &min, max: &max };
             let rects = self.buffer.pixels_of_boxes(simd, boxes, self.clip_from_world);
-            for rect in &rects {
-                self.buffer.prefetch(rect);
+            for rect in &rects[..aabbs.len()] {
+                batch.add(simd, self.buffer, rect);
             }
-            if let Some(before) = waiting.replace((group, aabbs.len(), rects)) {
-                self.test(simd, before);
-            }
-        }
-        if let Some(last) = waiting {
-            self.test(simd, last);
-        }
-    }
-}
-
-impl<F: FnMut(usize)> TestBoxes<'_, F> {
-    #[inline(always)]
-    fn test<S: Simd>(&mut self, simd: S, (group, count, rects): (usize, usize, [PixelRect; LANES])) {
-        for (lane, rect) in rects[..count].iter().enumerate() {
-            if self.buffer.shows(simd, rect) {
-                (self.visit)(group * LANES + lane);
+            if batch.is_full() {
+                first += batch.tell(simd, self.buffer, first, &mut self.visit);
             }
         }
+        batch.tell(simd, self.buffer, first, &mut self.visit);
     }
 }
 
