@@ -239,7 +239,10 @@ impl Comparison {
             (None, None) => {}
             (Some((one, _)), Some((other, _))) if one == other => {}
             (Some((_, one)), Some((_, other))) if (one - other).abs() <= 1e-4 * other => self.ties += 1,
-            _ => self.disagreements += 1,
+            (one, other) => {
+                println!("frame {frame}: bevy_sightline picks {one:?}, Bevy {other:?} (number of the thing, metres)");
+                self.disagreements += 1;
+            }
         }
         Ok(())
     }

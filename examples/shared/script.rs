@@ -149,6 +149,8 @@ fn perform(world: &mut World, act: Act) {
         Act::Rest => {}
         Act::Move(place) => {
             let position = place * properties.size();
+            // The window system must not move its own pointer, and tell of that when the script is elsewhere.
+            let properties = properties.bypass_change_detection();
             properties.set_cursor_position(Some(position));
             tell(
                 world,
