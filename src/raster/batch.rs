@@ -18,6 +18,9 @@ const MOST_TILES: u32 = 16;
 /// So many tiles may be on the list; what is written past its end is not read.
 const TILES: usize = RECTS * MOST_TILES as usize + LANES;
 
+/// How far ahead a tile is brought close.
+const AHEAD: usize = 8;
+
 /// Rectangles that wait to be looked at.
 pub(super) struct Batch {
     /// The tiles, with numbers in the tables of pixels, and the rectangle that it is for.
@@ -52,7 +55,7 @@ impl Batch {
         self.count == RECTS
     }
 
-    /// Lists the tiles of one more rectangle, and has them brought close. There must be room.
+    /// Lists the tiles of one more rectangle. There must be room.
     #[inline(always)]
     pub fn add<S: Simd>(&mut self, simd: S, buffer: &MaskedDepthBuffer, rect: &PixelRect) {
         let number = self.count;
@@ -82,7 +85,6 @@ impl Batch {
         let in_rows = simd.store_bits(simd.or(simd.whole(to_row), from_row));
         for column in left..=right {
             let first = top * buffer.tiles_across() + column;
-            prefetch(&buffer.tiles[first as usize]);
             let tiles = simd.whole(simd.add(simd.splat(first as f32), below));
             let from = if column == left { rect.left % TILE_WIDTH } else { 0 };
             let to = if column == right {
@@ -111,6 +113,13 @@ impl Batch {
     ) -> usize {
         let mut shown = self.shown;
         for at in 0..self.tile_count {
+            if let Some(next) = self
+                .tiles
+                .get(at + AHEAD)
+                .and_then(|&tile| buffer.tiles.get(tile as usize))
+            {
+                prefetch(next);
+            }
             let rect = self.rects[at] as usize % RECTS;
             let columns = simd.and(
                 simd.load_bits(&FROM_COLUMN[(self.from[at] % TILE_WIDTH) as usize]),
