@@ -30,9 +30,9 @@ structures_3d() {
     keep $out/structures_3d.png structures_3d -colors 96
 }
 skinned_picking() {
-    local foxes="click 0.55,0.52; wait 10; click 0.3,0.75; wait 10; move 0.62,0.25; wait 2"
-    example skinned_picking -- --play "wait 30; $foxes; shot $out/foxes.png; wait 40; shot $out/foxes_later.png"
-    keep "$out/foxes.png" skinned_picking $out/foxes_later.png -append -resize 960x -colors 160
+    local pins="wait 98; click 0.64,0.62; click 0.51,0.49; move 0.5,0.5; wait 2"
+    example skinned_picking -- --play "$pins; shot $out/foxes.png; wait 16; shot $out/foxes_later.png"
+    keep $out/foxes.png skinned_picking $out/foxes_later.png -append -resize 960x -colors 160
 }
 line_of_sight() {
     example line_of_sight -- --play "wait 300; shot $out/line_of_sight.png"
