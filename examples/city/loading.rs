@@ -14,7 +14,7 @@ pub fn is_complete(proxies: Res<ProxiesAreUp>, bvhs: Option<Res<MeshBvhs>>, occl
     proxies.0 && making == 0
 }
 
-/// Runs frames of a city without a window until all models are there, blocks have their proxies, and what occludes has its shapes.
+/// Runs frames of a city without a window until all models are there, and it [is complete](is_complete).
 pub fn load(app: &mut App) -> Result<(), String> {
     shared::load(app)?;
     for _ in 0..PATIENCE {

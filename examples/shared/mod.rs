@@ -26,8 +26,8 @@ pub fn has_display() -> bool {
     !needs_server || ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(is_set)
 }
 
-/// All of Bevy, with a window and what plays a script in it; headless, all but the renderer and the window system. The window is then an entity like
-/// any other, for cameras and pointers to refer to, and nobody shows it.
+/// All of Bevy, with a window and what plays a script in it; headless, all but the renderer and the window system. The
+/// window is then an entity like any other, for cameras and pointers to refer to, and nobody shows it.
 pub fn plugins(title: &str, headless: bool) -> PluginGroupBuilder {
     let window = WindowPlugin {
         primary_window: Some(Window {

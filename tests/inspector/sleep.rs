@@ -48,6 +48,14 @@ fn passes(app: &mut App, frames: usize) -> usize {
     app.world().resource::<Passes>().0
 }
 
+/// The same, with a panel that has been open for so many frames.
+fn app_with_open_panel(frames: usize) -> App {
+    let mut app = app_with_inspector();
+    set_open(&mut app, true);
+    passes(&mut app, frames);
+    app
+}
+
 fn set_open(app: &mut App, open: bool) {
     app.world_mut().resource_mut::<SightlineInspector>().open = open;
 }
@@ -62,9 +70,7 @@ fn it_sleeps_while_the_panel_is_closed_and_wakes_when_it_opens() {
 
 #[test]
 fn it_goes_on_for_some_frames_after_the_panel_was_closed_and_then_sleeps() {
-    let mut app = app_with_inspector();
-    set_open(&mut app, true);
-    passes(&mut app, 3);
+    let mut app = app_with_open_panel(3);
     set_open(&mut app, false);
     assert!((1..5).contains(&passes(&mut app, 10)));
     assert_eq!(passes(&mut app, 10), 0);
@@ -72,9 +78,7 @@ fn it_goes_on_for_some_frames_after_the_panel_was_closed_and_then_sleeps() {
 
 #[test]
 fn the_pointer_is_free_again_after_the_panel_was_closed_under_it() {
-    let mut app = app_with_inspector();
-    set_open(&mut app, true);
-    passes(&mut app, 2);
+    let mut app = app_with_open_panel(2);
     let mut windows = app.world_mut().query_filtered::<Entity, With<PrimaryWindow>>();
     let window = windows.single(app.world()).expect("there is one");
     app.world_mut().write_message(WindowEvent::CursorMoved(CursorMoved {
