@@ -164,6 +164,17 @@ fn mesh_assets_without_their_messages_do_no_harm() {
     assert!(app.world().resource::<SpatialIndex>().is_empty());
 }
 
+#[cfg(feature = "sprite")]
+#[test]
+fn image_assets_without_their_messages_do_no_harm() {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TransformPlugin, SightlinePlugins))
+        .init_resource::<Assets<Image>>()
+        .init_resource::<Assets<TextureAtlasLayout>>();
+    app.update();
+    assert!(app.world().resource::<SpatialIndex>().is_empty());
+}
+
 #[test]
 fn a_ray_too_slow_to_arrive_hits_no_triangle_at_infinity() {
     let ray = Ray::new(Vec3A::ZERO, Vec3A::Z * 2e-38, f32::INFINITY).expect("a sound ray");

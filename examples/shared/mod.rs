@@ -45,6 +45,9 @@ pub fn plugins(title: &str, headless: bool) -> PluginGroupBuilder {
     if !headless {
         return DefaultPlugins.set(window).set(assets).add(script::plugin);
     }
+    if script::is_given() {
+        eprintln!("{} is passed over: there is no window to play in", script::OPTION);
+    }
     let no_renderer = WgpuSettings {
         backends: None,
         ..default()

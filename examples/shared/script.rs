@@ -99,6 +99,11 @@ fn key(name: &str) -> Result<KeyCode, String> {
         .ok_or_else(|| format!("no key is named {name}"))
 }
 
+/// Whether the command line says what to play.
+pub fn is_given() -> bool {
+    std::env::args().any(|argument| argument == OPTION)
+}
+
 /// Plays what the command line says, if it does.
 ///
 /// # Panics

@@ -113,6 +113,14 @@ pub(super) struct Buffers {
     lists: Lists,
 }
 
+/// Whether there are lights, or have just been.
+pub(super) fn has_shadow_maps(
+    lights: Query<(), Or<(With<CascadesFrusta>, With<CubemapFrusta>, With<SpotLight>)>>,
+    culling: Res<ViewCulling>,
+) -> bool {
+    !lights.is_empty() || culling.views.keys().any(|key| !matches!(key, ViewKey::Camera(_)))
+}
+
 /// Finds what the shadow maps of lights see, and writes it to where Bevy has it.
 pub(super) fn cull_lights(
     mut lights: Lights,

@@ -230,6 +230,11 @@ impl Marks {
         }
     }
 
+    /// Whether [`hide_unseen`](Self::hide_unseen) has anything to do.
+    pub fn has_set_back(&self) -> bool {
+        !(self.set_back.is_empty() && self.unmarked.is_empty())
+    }
+
     /// Ends a frame: hides what was visible and is not marked.
     pub fn hide_unseen(&mut self, candidates: &Candidates, visibilities: &mut ViewVisibilities) {
         self.unmarked.clear();

@@ -74,6 +74,7 @@ use bevy::{
         reflect::ReflectResource,
         resource::Resource,
         schedule::{IntoScheduleConfigs, SystemSet},
+        system::IntoSystem,
     },
     light::{SimulationLightSystems, check_dir_light_mesh_visibility, check_point_light_mesh_visibility},
     platform::collections::HashMap,
@@ -178,12 +179,15 @@ impl Plugin for ViewCullingPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (follow::follow_candidates, cameras::find_visible)
-                        .chain()
+                    // One system, for both are short, and to go from one to the next takes a while.
+                    follow::follow_candidates
+                        .pipe(cameras::find_visible)
                         .in_set(ViewCullingSystems::Find),
                     cameras::write_visible.in_set(ViewCullingSystems::Write),
-                    lights::cull_lights.in_set(ViewCullingSystems::Lights),
-                    hide_unseen.in_set(ViewCullingSystems::Hide),
+                    lights::cull_lights
+                        .run_if(lights::has_shadow_maps)
+                        .in_set(ViewCullingSystems::Lights),
+                    hide_unseen.run_if(has_set_back).in_set(ViewCullingSystems::Hide),
                     levels::leave_out_of_cameras
                         .in_set(VisibilitySystems::CheckVisibility)
                         .after(LodSystems::Choose)
@@ -273,6 +277,11 @@ fn culls_lights(culling: Res<ViewCulling>, settings: Res<ViewCullingSettings>) -
 
 fn is_left_to_bevy(settings: Res<ViewCullingSettings>) -> bool {
     !settings.enabled
+}
+
+/// Whether there may be something to hide.
+fn has_set_back(culling: Res<ViewCulling>) -> bool {
+    culling.marks.has_set_back()
 }
 
 /// Hides what nothing sees any more.

@@ -135,6 +135,7 @@ impl Plugin for SpatialIndexPlugin {
             .init_resource::<CameraViews>()
             .init_resource::<SpatialIndexSettings>()
             .init_resource::<SyncStats>()
+            .init_resource::<sync::Rebuilding>()
             .register_type::<BoundedBy>()
             .register_type::<DetailLevel>()
             .register_type::<HitSurface>()
@@ -159,13 +160,14 @@ impl Plugin for SpatialIndexPlugin {
             .add_systems(
                 PostUpdate,
                 (
+                    sync::follow_entities.in_set(SpatialIndexSystems::Sync),
+                    // Beside what the rest of that waits for.
                     sync::follow_mesh_assets
                         .run_if(resource_exists::<Assets<Mesh>>)
-                        .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
-                    sync::follow_entities,
-                )
-                    .chain()
-                    .in_set(SpatialIndexSystems::Sync),
+                        .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>)
+                        .after(AssetEventSystems)
+                        .before(SpatialIndexSystems::Sync),
+                ),
             )
             .add_systems(
                 PostUpdate,
@@ -173,7 +175,12 @@ impl Plugin for SpatialIndexPlugin {
                     .after(CameraUpdateSystems)
                     .in_set(SpatialIndexSystems::Sync),
             )
-            .add_systems(PostUpdate, sync::optimize.in_set(SpatialIndexSystems::Optimize));
+            .add_systems(
+                PostUpdate,
+                sync::optimize
+                    .run_if(sync::may_be_degraded)
+                    .in_set(SpatialIndexSystems::Optimize),
+            );
     }
 
     fn is_unique(&self) -> bool {

@@ -146,6 +146,11 @@ impl LodChoices {
         &self.reassigned
     }
 
+    /// Whether a group has changed since meshes were last swapped.
+    pub(super) fn has_pending(&self) -> bool {
+        !self.pending.ids().is_empty()
+    }
+
     pub(super) fn main_levels(&self) -> Option<&ViewLevels> {
         self.views.get(&LodView::Camera(self.main?))
     }

@@ -61,6 +61,11 @@ enum Side {
     Out,
 }
 
+/// Whether anything is to be faded, or is.
+pub(super) fn fades(settings: Res<LodSettings>, fades: Res<Fades>) -> bool {
+    settings.cross_fade > Duration::ZERO || !fades.fades.is_empty()
+}
+
 /// Begins and ends fades, and brings those that go on forward.
 pub(super) fn cross_fade(
     settings: Res<LodSettings>,
@@ -73,9 +78,6 @@ pub(super) fn cross_fade(
     mut commands: Commands,
 ) {
     let _phase = phase!("sightline/lod/choose").adds_to(&mut stats.choose);
-    if settings.cross_fade == Duration::ZERO && fades.fades.is_empty() {
-        return;
-    }
     let LodChoices { groups, views, .. } = choices.bypass_change_detection();
     let fades = &mut fades.bypass_change_detection().fades;
     let now = time.map_or(Duration::ZERO, |time| time.elapsed());

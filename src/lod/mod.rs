@@ -79,11 +79,12 @@ use bevy::{
     asset::{AssetEvent, AssetEventSystems},
     camera::{CameraUpdateSystems, visibility::VisibilitySystems},
     ecs::{
+        change_detection::Res,
         entity::Entity,
         event::EntityEvent,
         message::Messages,
         reflect::ReflectEvent,
-        schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
+        schedule::{IntoScheduleConfigs, SystemSet},
     },
     mesh::Mesh,
     reflect::Reflect,
@@ -164,19 +165,28 @@ impl Plugin for ProxyLodPlugin {
                         follow::follow_groups,
                         (mesh_roots::bound_swapped, await_meshes::await_meshes)
                             .chain_ignore_deferred()
-                            .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
+                            .run_if(has_news_of_meshes),
                     )
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Follow),
                     (
                         choose::choose_levels,
-                        fade::cross_fade,
-                        swap::swap_meshes,
-                        streaming::stream_meshes,
+                        fade::cross_fade.run_if(fade::fades),
+                        swap::swap_meshes.run_if(has_pending),
+                        streaming::stream_meshes.run_if(streaming::streams),
                     )
                         .chain_ignore_deferred()
                         .in_set(LodSystems::Choose),
                 ),
             );
     }
+}
+
+/// Whether a mesh, or a group, may have changed.
+fn has_news_of_meshes(events: Option<Res<Messages<AssetEvent<Mesh>>>>, choices: Res<LodChoices>) -> bool {
+    events.is_some_and(|events| !events.is_empty() || choices.has_pending())
+}
+
+fn has_pending(choices: Res<LodChoices>) -> bool {
+    choices.has_pending()
 }

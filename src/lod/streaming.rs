@@ -8,7 +8,6 @@ use bevy::{
         change_detection::{DetectChangesMut, Res, ResMut},
         reflect::ReflectResource,
         resource::Resource,
-        system::Local,
     },
     mesh::{Indices, Mesh},
     platform::collections::HashMap,
@@ -54,8 +53,9 @@ impl Default for LodStreamingSettings {
 #[derive(Resource, Debug, Default)]
 pub(super) struct StreamedMeshes {
     meshes: HashMap<AssetPath<'static>, Streamed>,
-    /// The groups that have such levels.
+    /// The groups that have such levels, as of these changes.
     pub groups: Vec<GroupId>,
+    known: u64,
     /// Whose turn it is, and how often it was that of the first: in each round, all groups are looked at.
     next: usize,
     round: u64,
@@ -128,6 +128,7 @@ impl StreamedMeshes {
 
     /// Begins anew with these groups.
     pub fn follow(&mut self, choices: &LodChoices) {
+        self.known = choices.streaming_changes;
         self.groups.clear();
         self.meshes.values_mut().for_each(|mesh| mesh.users.clear());
         for id in choices.groups.ids() {
@@ -278,6 +279,11 @@ impl StreamedMeshes {
     }
 }
 
+/// Whether anything is streamed, or was until now.
+pub(super) fn streams(meshes: Res<StreamedMeshes>, choices: Res<LodChoices>) -> bool {
+    !meshes.meshes.is_empty() || meshes.known != choices.streaming_changes
+}
+
 /// Loads what has come near, and drops what has been far for long.
 pub(super) fn stream_meshes(
     settings: Res<LodStreamingSettings>,
@@ -288,13 +294,11 @@ pub(super) fn stream_meshes(
     mut meshes: ResMut<StreamedMeshes>,
     mut stats: ResMut<LodStreamingStats>,
     mut lod_stats: ResMut<LodStats>,
-    mut known: Local<u64>,
 ) {
     let _phase = phase!("sightline/lod/choose").adds_to(&mut lod_stats.choose);
     let choices = choices.bypass_change_detection();
     let meshes = meshes.bypass_change_detection();
-    if *known != choices.streaming_changes {
-        *known = choices.streaming_changes;
+    if meshes.known != choices.streaming_changes {
         meshes.follow(choices);
     }
     let (Some(server), Some(assets)) = (server, assets) else {

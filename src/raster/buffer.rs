@@ -6,6 +6,7 @@ use bevy::{
 };
 
 use super::{
+    canvas::{Band, Canvas},
     outline::ObjectTile,
     tile::{NOTHING, TILE_HEIGHT, TILE_WIDTH, Tile},
 };
@@ -56,6 +57,17 @@ pub(super) struct Scratch {
     /// What has been drawn of a mesh.
     pub object: Vec<ObjectTile>,
     pub touched: Vec<u32>,
+    /// By all bands but the last.
+    pub touched_by_band: Vec<Vec<u32>>,
+}
+
+/// A [`MaskedDepthBuffer`] that is drawn to.
+pub(super) struct Begun<'a> {
+    pub canvas: Canvas<'a>,
+    pub touched_by_band: &'a mut Vec<Vec<u32>>,
+    pub on_screen: &'a mut Vec<[f32; 4]>,
+    pub clipped: &'a mut Vec<DVec4>,
+    pub is_drawn: &'a mut Vec<bool>,
 }
 
 impl MaskedDepthBuffer {
@@ -118,17 +130,51 @@ impl MaskedDepthBuffer {
             is_drawn,
             object,
             touched,
+            touched_by_band,
         } = &self.scratch;
+        let lists = touched_by_band.iter().chain([touched]);
         size_of_val(self)
             + self.tiles.capacity() * size_of::<Tile>()
             + on_screen.capacity() * size_of::<[f32; 4]>()
             + clipped.capacity() * size_of::<DVec4>()
             + is_drawn.capacity()
             + object.capacity() * size_of::<ObjectTile>()
-            + touched.capacity() * size_of::<u32>()
+            + lists.map(|list| list.capacity() * size_of::<u32>()).sum::<usize>()
     }
 
     pub(super) fn tiles_across(&self) -> u32 {
         self.size.x.div_ceil(TILE_WIDTH)
+    }
+
+    /// All of it, to draw to, with vertices and what has been found out about triangles.
+    pub(super) fn begin_drawing(&mut self) -> Begun<'_> {
+        let tiles_across = self.tiles_across();
+        let Scratch {
+            on_screen,
+            clipped,
+            is_drawn,
+            object,
+            touched,
+            touched_by_band,
+        } = &mut self.scratch;
+        if self.mode == RasterMode::Strict {
+            object.resize(self.tiles.len(), ObjectTile::EMPTY);
+        }
+        Begun {
+            canvas: Canvas {
+                size: self.size,
+                band: Band {
+                    tile_rows: 0..self.size.y.div_ceil(TILE_HEIGHT),
+                    tiles_across,
+                },
+                tiles: &mut self.tiles,
+                object,
+                touched,
+            },
+            touched_by_band,
+            on_screen,
+            clipped,
+            is_drawn,
+        }
     }
 }

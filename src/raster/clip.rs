@@ -1,5 +1,7 @@
 //! Polygons from clip space to regions of the screen, in double precision: where exactness matters more than speed.
 
+use std::ops::Range;
+
 use bevy::math::{DVec2, DVec3, DVec4, UVec2};
 use smallvec::SmallVec;
 
@@ -62,6 +64,17 @@ pub(super) fn xyw(clip: DVec4) -> DVec3 {
     DVec3::new(clip.x, clip.y, clip.w)
 }
 
+/// Whether no pixel that a polygon touches is in some rows.
+pub(super) fn is_beside(corners: &[DVec2], rows: Range<u32>) -> bool {
+    let slop = f64::from(tolerance::RASTER_PIXELS);
+    let (min, max) = corners
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), corner| {
+            (corner.y.min(min), corner.y.max(max))
+        });
+    (max + slop).ceil() <= f64::from(rows.start) || (min - slop).floor() >= f64::from(rows.end)
+}
+
 /// Which way three corners run around, as seen: positive if counter-clockwise, and zero if double precision is not sure.
 pub(super) fn winding(corners: [DVec4; 3]) -> f64 {
     let [a, b, c] = corners.map(xyw);
@@ -102,8 +115,8 @@ pub(super) enum Coverage {
 #[derive(Clone, Debug)]
 pub(super) struct PolygonRegion {
     lines: SmallVec<[Line; 8]>,
-    rows: std::ops::Range<u32>,
-    columns: std::ops::Range<u32>,
+    rows: Range<u32>,
+    columns: Range<u32>,
 }
 
 impl PolygonRegion {

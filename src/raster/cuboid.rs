@@ -4,7 +4,8 @@ use bevy::math::{DMat4, DVec2, bounding::Aabb3d};
 use smallvec::SmallVec;
 
 use super::{
-    buffer::{MaskedDepthBuffer, RasterMode, Scratch},
+    buffer::{Begun, MaskedDepthBuffer, RasterMode},
+    canvas::Canvas,
     clip::{Corner, Coverage, PolygonRegion, depths, is_outside, to_pixels, winding},
     fill::fill,
     outline::{Object, least_w},
@@ -88,7 +89,9 @@ impl Task for DrawBox<'_> {
             return;
         }
 
-        let size = buffer.size;
+        let mode = buffer.mode;
+        let Begun { mut canvas, .. } = buffer.begin_drawing();
+        let size = canvas.size;
         let sign = clip_from_model.determinant().signum();
         let mut is_front = [false; 6];
         for (is_front, face) in is_front.iter_mut().zip(FACES) {
@@ -97,12 +100,10 @@ impl Task for DrawBox<'_> {
         let largest = aabb.min.abs().max(aabb.max.abs());
         let least_w = least_w(clip_from_model, largest, size);
         let faces = (0..6).filter(|&face| is_front[face]);
-        let coverage = match buffer.mode {
+        let coverage = match mode {
             RasterMode::Strict => Coverage::Within,
             RasterMode::Fast => Coverage::Centers,
         };
-        let tiles_across = buffer.tiles_across();
-
         if corners.iter().any(|clip| clip.z > clip.w || clip.w <= 0.0) {
             let polygon = |face: usize| -> [Corner; 4] {
                 let mut polygon = std::array::from_fn(|side| Corner {
@@ -119,10 +120,9 @@ impl Task for DrawBox<'_> {
                 }
                 polygon
             };
-            match buffer.mode {
+            match mode {
                 RasterMode::Strict => {
-                    let Scratch { object, touched, .. } = &mut buffer.scratch;
-                    let mut drawing = Object::begin(size, &mut buffer.tiles, object, touched, least_w);
+                    let mut drawing = Object::begin(&mut canvas, least_w);
                     for face in faces {
                         drawing.add(simd, &polygon(face));
                     }
@@ -130,7 +130,7 @@ impl Task for DrawBox<'_> {
                 }
                 RasterMode::Fast => {
                     for face in faces {
-                        draw_by_centers(simd, buffer, &polygon(face));
+                        draw_by_centers(simd, &mut canvas, &polygon(face));
                     }
                 }
             }
@@ -172,10 +172,8 @@ impl Task for DrawBox<'_> {
                 DepthPlane::new([a, b, c], &region, depths, size)
             })
             .collect();
-        let mut paint = Paint {
-            tiles: &mut buffer.tiles,
-            planes: &planes,
-        };
-        fill(simd, &region, tiles_across, &mut paint);
+        let Canvas { band, tiles, .. } = canvas;
+        let mut paint = Paint { tiles, planes: &planes };
+        fill(simd, &region, &band, &mut paint);
     }
 }

@@ -4,7 +4,10 @@ use std::ops::Range;
 
 use crate::spatial::simd::{LANES, Simd};
 
-use super::tile::{ROWS, TILE_HEIGHT, TILE_WIDTH};
+use super::{
+    canvas::Band,
+    tile::{ROWS, TILE_HEIGHT, TILE_WIDTH},
+};
 
 /// A bound of a region: beyond it, row by row.
 ///
@@ -59,15 +62,17 @@ pub(super) struct Region<'a> {
 
 /// What is done with the pixels of a region, tile by tile.
 pub(super) trait Brush {
-    /// Is given the number of a tile, where it begins in pixels, and which of its pixels are in the region: at least
-    /// one.
+    /// Is given the number of a tile of its band, where it begins in pixels, and which of its pixels are in the region: at
+    /// least one.
     fn paint<S: Simd>(&mut self, simd: S, tile: usize, left: f32, top: f32, pixels: S::U32s);
 }
 
-/// Paints a region of a screen with so many tiles in each row.
+/// Paints what of a region is in a band.
 #[inline(always)]
-pub(super) fn fill<S: Simd, B: Brush>(simd: S, region: &Region, tiles_across: u32, brush: &mut B) {
+pub(super) fn fill<S: Simd, B: Brush>(simd: S, region: &Region, band: &Band, brush: &mut B) {
     let Region { lines, rows, columns } = region;
+    let in_band = band.rows();
+    let rows = rows.start.max(in_band.start)..rows.end.min(in_band.end);
     if rows.is_empty() || columns.is_empty() {
         return;
     }
@@ -113,7 +118,7 @@ pub(super) fn fill<S: Simd, B: Brush>(simd: S, region: &Region, tiles_across: u3
             if simd.high_bits(simd.eq_bits(pixels, none)) == 0xff {
                 continue;
             }
-            let tile = (tile_y * tiles_across + tile_x) as usize;
+            let tile = ((tile_y - band.tile_rows.start) * band.tiles_across + tile_x) as usize;
             brush.paint(simd, tile, tile_left, top, simd.blocks_of_rows(pixels));
         }
     }

@@ -42,6 +42,7 @@
 
 mod batch;
 mod buffer;
+mod canvas;
 mod clip;
 mod cuboid;
 mod fill;

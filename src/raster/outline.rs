@@ -4,16 +4,17 @@
 //! continues: the outline. A pixel is a connected set. So if the centre of a pixel is in the picture, and no edge of the
 //! outline touches the pixel, then all of it is in the picture.
 
-use bevy::math::{DMat4, DVec2, UVec2, Vec3, Vec3A};
+use bevy::math::{DMat4, DVec2, DVec4, UVec2, Vec3, Vec3A};
 use smallvec::SmallVec;
 
 use super::{
-    buffer::{Faces, MaskedDepthBuffer, Scratch},
-    clip::{Corner, Coverage, PolygonRegion, clip_near, depths, is_outside, to_pixels, winding},
+    buffer::{Begun, Faces, MaskedDepthBuffer},
+    canvas::{Band, Canvas, Drawing, draw_in_bands},
+    clip::{Corner, Coverage, PolygonRegion, clip_near, depths, is_beside, is_outside, to_pixels, winding},
     fill::{Brush, fill},
     mesh::OccluderMesh,
     plane::{DepthPlane, Paint, farthest_of_blocks},
-    tile::{TILE_WIDTH, Tile},
+    tile::Tile,
 };
 use crate::{
     geometry::tolerance,
@@ -37,7 +38,7 @@ pub(super) struct ObjectTile {
 }
 
 impl ObjectTile {
-    const EMPTY: Self = Self {
+    pub const EMPTY: Self = Self {
         filled: [0; LANES],
         outlined: [0; LANES],
         farthest: [f32::INFINITY; LANES],
@@ -81,6 +82,7 @@ impl Brush for Sketch<'_> {
 /// Some polygons that are drawn together.
 pub(super) struct Object<'a> {
     size: UVec2,
+    band: &'a Band,
     tiles: &'a mut [Tile],
     object: &'a mut [ObjectTile],
     touched: &'a mut Vec<u32>,
@@ -91,29 +93,20 @@ pub(super) struct Object<'a> {
 
 impl<'a> Object<'a> {
     /// Begins with corners that must be so far from the eye: see [`least_w`].
-    pub fn begin(
-        size: UVec2,
-        tiles: &'a mut [Tile],
-        object: &'a mut Vec<ObjectTile>,
-        touched: &'a mut Vec<u32>,
-        least_w: f64,
-    ) -> Self {
-        object.resize(tiles.len(), ObjectTile::EMPTY);
+    pub fn begin(canvas: &'a mut Canvas, least_w: f64) -> Self {
         Self {
-            size,
-            tiles,
-            object,
-            touched,
+            size: canvas.size,
+            band: &canvas.band,
+            tiles: canvas.tiles,
+            object: canvas.object,
+            touched: canvas.touched,
             least_w,
             is_sure: true,
         }
     }
 
-    fn tiles_across(&self) -> u32 {
-        self.size.x.div_ceil(TILE_WIDTH)
-    }
-
-    /// Draws a convex polygon whose corners run counter-clockwise as seen.
+    /// Draws a convex polygon whose corners run counter-clockwise as seen. What is in no pixel of the band still tells whether
+    /// the whole is sure.
     #[inline(always)]
     pub fn add<S: Simd>(&mut self, simd: S, polygon: &[Corner]) {
         if !polygon.iter().all(|corner| corner.clip.is_finite()) {
@@ -133,13 +126,16 @@ impl<'a> Object<'a> {
             self.is_sure = false;
             return;
         }
+        if is_beside(&pixels, self.band.rows()) {
+            return;
+        }
         let depths = depths(clipped.iter().map(|corner| corner.clip));
-        let tiles_across = self.tiles_across();
+        let band = self.band;
         if let Some(region) = PolygonRegion::new(&pixels, Coverage::Touched, self.size) {
             let region = region.as_region();
             let corners = [polygon[0].clip, polygon[1].clip, polygon[2].clip];
             let plane = DepthPlane::new(corners, &region, depths, self.size);
-            fill(simd, &region, tiles_across, &mut self.sketch(Stroke::Depth(&plane)));
+            fill(simd, &region, band, &mut self.sketch(Stroke::Depth(&plane)));
             if region.rows.len() * region.columns.len() >= LARGE
                 && let Some(region) = PolygonRegion::new(&pixels, Coverage::Within, self.size)
             {
@@ -147,11 +143,11 @@ impl<'a> Object<'a> {
                     tiles: self.tiles,
                     planes: &[plane],
                 };
-                fill(simd, &region.as_region(), tiles_across, &mut paint);
+                fill(simd, &region.as_region(), band, &mut paint);
             }
         }
         if let Some(region) = PolygonRegion::new(&pixels, Coverage::Centers, self.size) {
-            fill(simd, &region.as_region(), tiles_across, &mut self.sketch(Stroke::Fill));
+            fill(simd, &region.as_region(), band, &mut self.sketch(Stroke::Fill));
         }
         for (index, corner) in clipped.iter().enumerate() {
             if corner.is_within {
@@ -160,7 +156,7 @@ impl<'a> Object<'a> {
             let edge = [pixels[index], pixels[(index + 1) % pixels.len()]];
             if let Some(region) = PolygonRegion::new(&edge, Coverage::Touched, self.size) {
                 let mut outline = self.sketch(Stroke::Outline);
-                fill(simd, &region.as_region(), tiles_across, &mut outline);
+                fill(simd, &region.as_region(), band, &mut outline);
             }
         }
     }
@@ -199,49 +195,40 @@ pub(super) fn least_w(clip_from_model: &DMat4, largest: Vec3A, size: UVec2) -> f
     unsure / f64::from(tolerance::RASTER_PIXELS)
 }
 
-/// Draws the triangles of a mesh strictly.
-#[inline(always)]
-pub(super) fn draw_outlined<S: Simd>(
-    simd: S,
-    buffer: &mut MaskedDepthBuffer,
-    mesh: &OccluderMesh,
-    clip_from_model: &DMat4,
-    faces: Faces,
-) {
-    let MaskedDepthBuffer {
-        size, tiles, scratch, ..
-    } = buffer;
-    let Scratch {
-        clipped,
-        is_drawn,
-        object,
-        touched,
-        ..
-    } = scratch;
-    clipped.clear();
-    for vertices in &mesh.vertices {
-        let [x, y, z] = vertices;
-        let places = x.iter().zip(y).zip(z);
-        clipped.extend(places.map(|((&x, &y), &z)| *clip_from_model * Vec3::new(x, y, z).as_dvec3().extend(1.0)));
+/// The triangles of a mesh, of which the vertices are in clip space, and of which it is known which are drawn.
+struct Outlined<'a> {
+    mesh: &'a OccluderMesh,
+    clipped: &'a [DVec4],
+    is_drawn: &'a [bool],
+    /// Whether they are back faces.
+    is_back: bool,
+    least_w: f64,
+    height: f64,
+}
+
+impl Drawing for Outlined<'_> {
+    fn len(&self) -> usize {
+        self.mesh.len()
     }
-    let Some(aabb) = mesh.aabb() else {
-        return;
-    };
-    let least_w = least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), *size);
-    let sides: &[bool] = match faces {
-        Faces::Front => &[false],
-        Faces::Back => &[true],
-        Faces::Both => &[false, true],
-    };
-    for &is_back in sides {
-        is_drawn.clear();
-        for corners in &mesh.triangles {
-            let winding = winding(corners.map(|corner| clipped[corner as usize]));
-            is_drawn.push(if is_back { winding < 0.0 } else { winding > 0.0 });
-        }
+
+    fn row_of(&self, part: usize) -> Option<f32> {
+        let corners = self.mesh.triangles[part].map(|corner| self.clipped[corner as usize]);
+        let middle = corners[0] + corners[1] + corners[2];
+        self.is_drawn[part].then(|| ((0.5 - 0.5 * middle.y / middle.w) * self.height) as f32)
+    }
+
+    #[inline(always)]
+    fn draw<S: Simd>(&self, simd: S, canvas: &mut Canvas) {
+        let Self {
+            mesh,
+            clipped,
+            is_drawn,
+            is_back,
+            ..
+        } = *self;
         let mut begin = 0;
         for &end in &mesh.parts {
-            let mut drawing = Object::begin(*size, tiles, object, touched, least_w);
+            let mut drawing = Object::begin(canvas, self.least_w);
             for triangle in begin as usize..end as usize {
                 if !is_drawn[triangle] {
                     continue;
@@ -261,5 +248,54 @@ pub(super) fn draw_outlined<S: Simd>(
             drawing.finish(simd);
             begin = end;
         }
+    }
+}
+
+/// Draws the triangles of a mesh strictly, to so many bands side by side.
+#[inline(always)]
+pub(super) fn draw_outlined<S: Simd>(
+    simd: S,
+    buffer: &mut MaskedDepthBuffer,
+    mesh: &OccluderMesh,
+    clip_from_model: &DMat4,
+    faces: Faces,
+    bands: usize,
+) {
+    let Some(aabb) = mesh.aabb() else {
+        return;
+    };
+    let sides: &[bool] = match faces {
+        Faces::Front => &[false],
+        Faces::Back => &[true],
+        Faces::Both => &[false, true],
+    };
+    let Begun {
+        mut canvas,
+        touched_by_band,
+        clipped,
+        is_drawn,
+        ..
+    } = buffer.begin_drawing();
+    clipped.clear();
+    for vertices in &mesh.vertices {
+        let [x, y, z] = vertices;
+        let places = x.iter().zip(y).zip(z);
+        clipped.extend(places.map(|((&x, &y), &z)| *clip_from_model * Vec3::new(x, y, z).as_dvec3().extend(1.0)));
+    }
+    for &is_back in sides {
+        is_drawn.clear();
+        for corners in &mesh.triangles {
+            let winding = winding(corners.map(|corner| clipped[corner as usize]));
+            is_drawn.push(if is_back { winding < 0.0 } else { winding > 0.0 });
+        }
+        let drawing = Outlined {
+            mesh,
+            clipped,
+            is_drawn,
+            is_back,
+            least_w: least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), canvas.size),
+            height: f64::from(canvas.size.y),
+        };
+        draw_in_bands(simd, &drawing, bands, &mut canvas, touched_by_band);
     }
 }

@@ -53,6 +53,7 @@ fn both_paths_draw_and_tell_the_same() {
                 mesh: &mesh,
                 clip_from_model: &clip_from_model,
                 faces,
+                bands: 1,
             };
             dispatch(draw_mesh(&mut wide));
             draw_mesh(&mut plain).run(Portable);
@@ -75,5 +76,31 @@ fn both_paths_draw_and_tell_the_same() {
         }
         .run(Portable);
         assert_eq!(seen_wide, seen_plain, "{mode:?}, seed {seed}");
+    }
+}
+
+#[test]
+fn bands_drawn_side_by_side_make_what_is_drawn_alone() {
+    let clip_from_view = Mat4::perspective_infinite_reverse_rh(1.2, 1.6, 0.1);
+    for seed in 0..150 {
+        let rng = &mut ChaCha8Rng::seed_from_u64(seed);
+        let mode = [RasterMode::Strict, RasterMode::Fast][seed as usize % 2];
+        let mut alone = MaskedDepthBuffer::new(UVec2::new(200, rng.random_range(8..150)), mode);
+        let mut together = alone.clone();
+        for _ in 0..4 {
+            let mesh = random_mesh(rng);
+            let clip_from_model = clip_from_view.as_dmat4() * DMat4::from_translation(random_vec(rng, 8.0).as_dvec3());
+            let faces = [Faces::Front, Faces::Back, Faces::Both][rng.random_range(0..3)];
+            for (buffer, bands) in [(&mut alone, 1), (&mut together, rng.random_range(2..9))] {
+                dispatch(DrawMesh {
+                    buffer,
+                    mesh: &mesh,
+                    clip_from_model: &clip_from_model,
+                    faces,
+                    bands,
+                });
+            }
+        }
+        assert!(alone.tiles == together.tiles, "{mode:?}, seed {seed}");
     }
 }

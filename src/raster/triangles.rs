@@ -1,10 +1,16 @@
 //! Triangles by the centres of pixels, eight at a time.
 
-use bevy::math::{DMat4, DVec2, DVec4, Mat4, UVec2};
+use std::ops::Range;
+
+use bevy::{
+    math::{DMat4, DVec2, DVec4, Mat4, UVec2},
+    tasks::{ComputeTaskPool, TaskPool},
+};
 use smallvec::SmallVec;
 
 use super::{
-    buffer::{Faces, MaskedDepthBuffer, RasterMode},
+    buffer::{Begun, Faces, MaskedDepthBuffer, RasterMode},
+    canvas::{Canvas, Drawing, draw_in_bands},
     clip::{Corner, Coverage, PolygonRegion, clip_near, depths, is_outside, to_pixels, xyw},
     fill::{Line, Region, fill},
     mesh::OccluderMesh,
@@ -23,11 +29,13 @@ impl MaskedDepthBuffer {
         if !clip_from_model.is_finite() || self.is_out_of_view(mesh, clip_from_model) {
             return;
         }
+        let bands = bands(mesh.len(), self.mode);
         dispatch(DrawMesh {
             buffer: self,
             mesh,
             clip_from_model,
             faces,
+            bands,
         });
     }
 
@@ -70,6 +78,44 @@ pub(super) struct DrawMesh<'a> {
     pub mesh: &'a OccluderMesh,
     pub clip_from_model: &'a DMat4,
     pub faces: Faces,
+    /// To how many bands side by side.
+    pub bands: usize,
+}
+
+/// To how many bands so many triangles are drawn side by side. To share them out takes a while.
+fn bands(triangles: usize, mode: RasterMode) -> usize {
+    let least_shared = match mode {
+        RasterMode::Strict => 512,
+        RasterMode::Fast => 4096,
+    };
+    let threads = ComputeTaskPool::get_or_init(TaskPool::default).thread_num();
+    if triangles < least_shared { 1 } else { threads }
+}
+
+/// The triangles of a mesh, of which the vertices are on the screen.
+struct ByCenters<'a> {
+    mesh: &'a OccluderMesh,
+    clip_from_model: &'a DMat4,
+    faces: Faces,
+    on_screen: &'a [[f32; 4]],
+}
+
+impl Drawing for ByCenters<'_> {
+    fn len(&self) -> usize {
+        self.mesh.len()
+    }
+
+    fn row_of(&self, part: usize) -> Option<f32> {
+        let corners = self.mesh.triangles[part].map(|corner| self.on_screen[corner as usize][1]);
+        Some(corners.iter().sum::<f32>() / 3.0)
+    }
+
+    #[inline(always)]
+    fn draw<S: Simd>(&self, simd: S, canvas: &mut Canvas) {
+        for triangles in self.mesh.triangles.chunks(LANES) {
+            draw_eight(simd, canvas, self, triangles);
+        }
+    }
 }
 
 impl Task for DrawMesh<'_> {
@@ -82,17 +128,26 @@ impl Task for DrawMesh<'_> {
             mesh,
             clip_from_model,
             faces,
+            bands,
         } = self;
         if buffer.mode == RasterMode::Strict {
-            draw_outlined(simd, buffer, mesh, clip_from_model, faces);
+            draw_outlined(simd, buffer, mesh, clip_from_model, faces, bands);
             return;
         }
-        let mut on_screen = std::mem::take(&mut buffer.scratch.on_screen);
-        project(simd, mesh, &clip_from_model.as_mat4(), buffer.size, &mut on_screen);
-        for triangles in mesh.triangles.chunks(LANES) {
-            draw_eight(simd, buffer, mesh, clip_from_model, faces, triangles, &on_screen);
-        }
-        buffer.scratch.on_screen = on_screen;
+        let Begun {
+            mut canvas,
+            touched_by_band,
+            on_screen,
+            ..
+        } = buffer.begin_drawing();
+        project(simd, mesh, &clip_from_model.as_mat4(), canvas.size, on_screen);
+        let drawing = ByCenters {
+            mesh,
+            clip_from_model,
+            faces,
+            on_screen,
+        };
+        draw_in_bands(simd, &drawing, bands, &mut canvas, touched_by_band);
     }
 }
 
@@ -160,15 +215,8 @@ fn is_close<S: Simd>(simd: S, at: S::F32s) -> S::U32s {
 }
 
 #[inline(always)]
-fn draw_eight<S: Simd>(
-    simd: S,
-    buffer: &mut MaskedDepthBuffer,
-    mesh: &OccluderMesh,
-    clip_from_model: &DMat4,
-    faces: Faces,
-    triangles: &[[u32; 3]],
-    on_screen: &[[f32; 4]],
-) {
+fn draw_eight<S: Simd>(simd: S, canvas: &mut Canvas, drawing: &ByCenters, triangles: &[[u32; 3]]) {
+    let on_screen = drawing.on_screen;
     let mut rows = [[&on_screen[0]; LANES]; 3];
     for (lane, triangle) in triangles.iter().enumerate() {
         for corner in 0..3 {
@@ -197,7 +245,7 @@ fn draw_eight<S: Simd>(
 
     let special = in_view & !plain;
     if special != 0 {
-        draw_special(simd, buffer, mesh, clip_from_model, faces, triangles, special);
+        draw_special(simd, canvas, drawing, triangles, special);
     }
     let plain = in_view & plain;
     if plain == 0 {
@@ -208,21 +256,19 @@ fn draw_eight<S: Simd>(
         y: [a[1], b[1], c[1]],
         depth: [a[2], b[2], c[2]],
     };
-    draw_plain(simd, buffer, &batch, faces, plain);
+    draw_plain(simd, canvas, &batch, drawing.faces, plain);
 }
 
 /// Draws triangles that the near plane cuts, or that are far beside the screen.
 #[cold]
 #[inline(never)]
-fn draw_special<S: Simd>(
-    simd: S,
-    buffer: &mut MaskedDepthBuffer,
-    mesh: &OccluderMesh,
-    clip_from_model: &DMat4,
-    faces: Faces,
-    triangles: &[[u32; 3]],
-    mut lanes: u32,
-) {
+fn draw_special<S: Simd>(simd: S, canvas: &mut Canvas, drawing: &ByCenters, triangles: &[[u32; 3]], mut lanes: u32) {
+    let ByCenters {
+        mesh,
+        clip_from_model,
+        faces,
+        ..
+    } = *drawing;
     while lanes != 0 {
         let triangle = triangles[lanes.trailing_zeros() as usize];
         lanes &= lanes - 1;
@@ -244,47 +290,49 @@ fn draw_special<S: Simd>(
         if !is_front {
             corners.swap(1, 2);
         }
-        draw_by_centers(simd, buffer, &corners);
+        draw_by_centers(simd, canvas, &corners);
     }
 }
 
 /// Draws a convex polygon, whose corners run counter-clockwise as seen, to the pixels whose centres are in it.
 #[inline(always)]
-pub(super) fn draw_by_centers<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, polygon: &[Corner]) {
+pub(super) fn draw_by_centers<S: Simd>(simd: S, canvas: &mut Canvas, polygon: &[Corner]) {
+    let Canvas { size, band, tiles, .. } = canvas;
     let clipped = clip_near(polygon);
     let places = clipped.iter().map(|corner| corner.clip);
     if clipped.is_empty() || places.clone().any(|clip| clip.w <= 0.0) || is_outside(places.clone()) {
         return;
     }
-    let pixels: SmallVec<[DVec2; 6]> = places.clone().map(|clip| to_pixels(clip, buffer.size)).collect();
-    let Some(region) = PolygonRegion::new(&pixels, Coverage::Centers, buffer.size) else {
+    let pixels: SmallVec<[DVec2; 6]> = places.clone().map(|clip| to_pixels(clip, *size)).collect();
+    let Some(region) = PolygonRegion::new(&pixels, Coverage::Centers, *size) else {
         return;
     };
     let region = region.as_region();
     let corners = [polygon[0].clip, polygon[1].clip, polygon[2].clip];
-    let plane = DepthPlane::new(corners, &region, depths(places), buffer.size);
-    let tiles_across = buffer.tiles_across();
+    let plane = DepthPlane::new(corners, &region, depths(places), *size);
     let mut paint = Paint {
-        tiles: &mut buffer.tiles,
+        tiles,
         planes: &[plane],
     };
-    fill(simd, &region, tiles_across, &mut paint);
+    fill(simd, &region, band, &mut paint);
 }
 
-/// The pixels, from the first to before the end, whose centres are between three coordinates and on the screen.
+/// The pixels, from the first to before the end, whose centres are between three coordinates, of those that there are.
 #[inline(always)]
-fn pixels_between<S: Simd>(simd: S, values: &[S::F32s; 3], size: u32) -> (S::F32s, S::F32s) {
+fn pixels_between<S: Simd>(simd: S, values: &[S::F32s; 3], pixels: Range<u32>) -> (S::F32s, S::F32s) {
     let half = simd.splat(0.5);
     let least = simd.min(simd.min(values[0], values[1]), values[2]);
     let greatest = simd.max(simd.max(values[0], values[1]), values[2]);
-    let first = simd.max(simd.ceil(simd.sub(least, half)), simd.splat(0.0));
-    let end = simd.min(simd.ceil(simd.sub(greatest, half)), simd.splat(size as f32));
+    let first = simd.max(simd.ceil(simd.sub(least, half)), simd.splat(pixels.start as f32));
+    let end = simd.min(simd.ceil(simd.sub(greatest, half)), simd.splat(pixels.end as f32));
     (first, end)
 }
 
 /// Draws triangles of which all is well within the reach of single precision.
 #[inline(always)]
-fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>, faces: Faces, lanes: u32) {
+fn draw_plain<S: Simd>(simd: S, canvas: &mut Canvas, batch: &Batch<S>, faces: Faces, lanes: u32) {
+    let Canvas { size, band, tiles, .. } = canvas;
+    let in_band = band.rows();
     let Batch { x, y, depth } = batch;
     let zero = simd.splat(0.0);
     let (ab, ac) = (
@@ -298,8 +346,8 @@ fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>
         Faces::Back => simd.lt(area, zero),
         Faces::Both => simd.lt(zero, area) | simd.lt(area, zero),
     };
-    let (first_column, end_column) = pixels_between(simd, x, buffer.size.x);
-    let (first_row, end_row) = pixels_between(simd, y, buffer.size.y);
+    let (first_column, end_column) = pixels_between(simd, x, 0..size.x);
+    let (first_row, end_row) = pixels_between(simd, y, in_band.start..in_band.end.min(size.y));
     let mut lanes = lanes & wanted & simd.lt(first_column, end_column) & simd.lt(first_row, end_row);
     if lanes == 0 {
         return;
@@ -345,7 +393,6 @@ fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>
     ];
     let (first_column, end_column) = (simd.store(first_column), simd.store(end_column));
     let (first_row, end_row) = (simd.store(first_row), simd.store(end_row));
-    let tiles_across = buffer.tiles_across();
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize % LANES;
         lanes &= lanes - 1;
@@ -376,9 +423,9 @@ fn draw_plain<S: Simd>(simd: S, buffer: &mut MaskedDepthBuffer, batch: &Batch<S>
             columns: first_column[lane] as u32..end_column[lane] as u32,
         };
         let mut paint = Paint {
-            tiles: &mut buffer.tiles,
+            tiles,
             planes: std::slice::from_ref(&plane),
         };
-        fill(simd, &region, tiles_across, &mut paint);
+        fill(simd, &region, band, &mut paint);
     }
 }

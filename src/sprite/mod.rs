@@ -47,11 +47,13 @@ mod surface;
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::AssetEventSystems,
-    asset::Assets,
+    asset::{AssetEvent, AssetEventSystems, Assets},
     ecs::{
-        component::Component, reflect::ReflectComponent, reflect::ReflectResource, resource::Resource,
-        schedule::IntoScheduleConfigs, schedule::common_conditions::resource_exists,
+        component::Component,
+        message::Messages,
+        reflect::{ReflectComponent, ReflectResource},
+        resource::Resource,
+        schedule::{IntoScheduleConfigs, common_conditions::resource_exists},
     },
     image::{Image, TextureAtlasLayout},
     reflect::{Reflect, std_traits::ReflectDefault},
@@ -105,7 +107,9 @@ impl Plugin for SpriteIndexPlugin {
                 PostUpdate,
                 follow::follow_sprites
                     .run_if(resource_exists::<Assets<Image>>)
+                    .run_if(resource_exists::<Messages<AssetEvent<Image>>>)
                     .run_if(resource_exists::<Assets<TextureAtlasLayout>>)
+                    .run_if(resource_exists::<Messages<AssetEvent<TextureAtlasLayout>>>)
                     .after(AssetEventSystems)
                     .before(SpatialIndexSystems::Sync),
             );

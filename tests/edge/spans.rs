@@ -31,10 +31,15 @@ impl Names {
         }
     }
 
-    /// The spans of a frame in which there is something to do.
-    fn of_a_frame(self) -> BTreeSet<&'static str> {
+    /// The spans of frames in which there is something to do: a cube comes into view, and goes.
+    fn of_frames(self) -> BTreeSet<&'static str> {
         let mut app = app();
-        tracing::subscriber::with_default(self.clone(), || app.update());
+        let cube = spawn_cube(&mut app, Vec3::NEG_Z * 10.0);
+        tracing::subscriber::with_default(self.clone(), || {
+            app.update();
+            app.world_mut().entity_mut(cube).insert(Visibility::Hidden);
+            app.update();
+        });
         self.entered.lock().expect("nobody panicked").clone()
     }
 }
@@ -62,7 +67,7 @@ impl Subscriber for Names {
     fn event(&self, _: &Event) {}
 }
 
-/// An app whose systems run in the thread of the test, with a camera and a cube.
+/// An app whose systems run in the thread of the test, with a camera, a light and a cube.
 fn app() -> App {
     let mut app = headless_app_with(|app| {
         #[cfg(feature = "sprite")]
@@ -80,6 +85,7 @@ fn app() -> App {
         schedule.set_executor(SingleThreadedExecutor::new());
     });
     app.world_mut().spawn(Camera3d::default());
+    app.world_mut().spawn(SpotLight::default());
     spawn_cube(&mut app, Vec3::NEG_Z * 10.0);
     let mut store = app.world_mut().resource_mut::<GizmoConfigStore>();
     store.config_mut::<SightlineGizmos>().1.leaves = true;
@@ -111,10 +117,10 @@ fn every_phase_is_a_span() {
     if cfg!(feature = "simplify") {
         expected.insert("sightline/simplify/make");
     }
-    assert_eq!(Names::new(Level::DEBUG).of_a_frame(), expected);
+    assert_eq!(Names::new(Level::DEBUG).of_frames(), expected);
 }
 
 #[test]
 fn at_the_level_of_bevys_log_plugin_there_are_none() {
-    assert_eq!(Names::new(Level::INFO).of_a_frame(), BTreeSet::new());
+    assert_eq!(Names::new(Level::INFO).of_frames(), BTreeSet::new());
 }

@@ -14,9 +14,10 @@ mod reconcile;
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},
     ecs::{
-        change_detection::{DetectChangesMut, Res, ResMut},
+        change_detection::{DetectChanges, DetectChangesMut, Res, ResMut},
         entity::Entity,
         message::{MessageCursor, Messages},
+        resource::Resource,
         system::{Local, Query},
     },
     mesh::Mesh,
@@ -196,19 +197,28 @@ pub(super) fn follow_entities(
     stats.total = phase.end();
 }
 
+/// The tree as it is built anew beside its use.
+#[derive(Resource, Debug, Default)]
+pub(super) struct Rebuilding(Option<Task<Rebuilt>>);
+
+/// Whether there may be something for [`optimize`] to do.
+pub(super) fn may_be_degraded(index: Res<SpatialIndex>, rebuilding: Res<Rebuilding>) -> bool {
+    index.is_changed() || rebuilding.0.is_some()
+}
+
 /// Keeps queries fast, as far as there is anything to mend: a large tree is built anew beside its use.
 pub(super) fn optimize(
     mut index: ResMut<SpatialIndex>,
     mut stats: ResMut<SyncStats>,
-    mut rebuilding: Local<Option<Task<Rebuilt>>>,
+    mut rebuilding: ResMut<Rebuilding>,
 ) {
     let phase = phase!("sightline/index/optimize");
     // What has not changed for queries has not changed for those who watch the index.
     let tree = index.bypass_change_detection().tree_mut();
-    if let Some(task) = &mut *rebuilding {
+    if let Some(task) = &mut rebuilding.0 {
         if let Some(rebuilt) = check_ready(task) {
             tree.adopt(rebuilt);
-            *rebuilding = None;
+            rebuilding.0 = None;
             stats.optimized = true;
         }
     } else if tree.is_degraded() {
@@ -218,7 +228,7 @@ pub(super) fn optimize(
         } else {
             let rebuild = tree.begin_rebuild();
             let pool = AsyncComputeTaskPool::get_or_init(TaskPool::default);
-            *rebuilding = Some(pool.spawn(async move { rebuild.run() }));
+            rebuilding.0 = Some(pool.spawn(async move { rebuild.run() }));
         }
     }
     stats.optimize = phase.end();

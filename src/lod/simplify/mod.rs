@@ -57,9 +57,10 @@ pub use simplifier::{Simplified, Simplifier};
 
 use bevy::{
     app::{App, Plugin, PostUpdate},
-    asset::Assets,
+    asset::{AssetEvent, Assets},
     ecs::{
         component::Component,
+        message::Messages,
         schedule::{IntoScheduleConfigs, SystemSet, common_conditions::resource_exists},
     },
     mesh::Mesh,
@@ -122,7 +123,8 @@ impl Plugin for AutoProxyPlugin {
                 PostUpdate,
                 AutoProxySystems::Make
                     .before(LodSystems::Follow)
-                    .run_if(resource_exists::<Assets<Mesh>>),
+                    .run_if(resource_exists::<Assets<Mesh>>)
+                    .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
             )
             .add_systems(
                 PostUpdate,
