@@ -1,12 +1,13 @@
 //! The buffer itself.
 
 use bevy::{
-    math::{DVec4, UVec2},
+    math::UVec2,
     reflect::{Reflect, std_traits::ReflectDefault},
 };
 
 use super::{
     canvas::{Band, Canvas},
+    clip::Vertex,
     outline::ObjectTile,
     tile::{NOTHING, TILE_HEIGHT, TILE_WIDTH, Tile},
 };
@@ -50,8 +51,8 @@ pub struct MaskedDepthBuffer {
 pub(super) struct Scratch {
     /// Vertices on the screen: x, y, depth, and where they are outside.
     pub on_screen: Vec<[f32; 4]>,
-    /// Vertices in clip space.
-    pub clipped: Vec<DVec4>,
+    /// Vertices in double precision.
+    pub vertices: Vec<Vertex>,
     /// Which triangles are drawn.
     pub is_drawn: Vec<bool>,
     /// What has been drawn of a mesh.
@@ -66,7 +67,7 @@ pub(super) struct Begun<'a> {
     pub canvas: Canvas<'a>,
     pub touched_by_band: &'a mut Vec<Vec<u32>>,
     pub on_screen: &'a mut Vec<[f32; 4]>,
-    pub clipped: &'a mut Vec<DVec4>,
+    pub vertices: &'a mut Vec<Vertex>,
     pub is_drawn: &'a mut Vec<bool>,
 }
 
@@ -126,7 +127,7 @@ impl MaskedDepthBuffer {
     pub fn memory(&self) -> usize {
         let Scratch {
             on_screen,
-            clipped,
+            vertices,
             is_drawn,
             object,
             touched,
@@ -136,7 +137,7 @@ impl MaskedDepthBuffer {
         size_of_val(self)
             + self.tiles.capacity() * size_of::<Tile>()
             + on_screen.capacity() * size_of::<[f32; 4]>()
-            + clipped.capacity() * size_of::<DVec4>()
+            + vertices.capacity() * size_of::<Vertex>()
             + is_drawn.capacity()
             + object.capacity() * size_of::<ObjectTile>()
             + lists.map(|list| list.capacity() * size_of::<u32>()).sum::<usize>()
@@ -151,7 +152,7 @@ impl MaskedDepthBuffer {
         let tiles_across = self.tiles_across();
         let Scratch {
             on_screen,
-            clipped,
+            vertices,
             is_drawn,
             object,
             touched,
@@ -173,7 +174,7 @@ impl MaskedDepthBuffer {
             },
             touched_by_band,
             on_screen,
-            clipped,
+            vertices,
             is_drawn,
         }
     }

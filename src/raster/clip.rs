@@ -16,13 +16,47 @@ pub(super) struct Corner {
     pub is_within: bool,
 }
 
+/// A vertex of a mesh.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    pub clip: DVec4,
+    /// In pixels, where it is plain.
+    pub place: DVec2,
+    /// Where it is plain.
+    pub depth: f64,
+    /// The sides of the view that it is surely beyond, bit by bit.
+    beyond: u8,
+    /// Whether all is well with it: finite, not nearer than the near plane, and as far from the eye as it has to be.
+    pub is_plain: bool,
+}
+
+impl Vertex {
+    /// On a screen of this size; plain only if it is farther from the eye than `least_w`.
+    pub fn new(clip: DVec4, least_w: f64, size: UVec2) -> Self {
+        let place = to_pixels(clip, size);
+        let beyond = BEYOND_SIDES.iter().enumerate();
+        Self {
+            clip,
+            place,
+            depth: clip.z / clip.w,
+            beyond: beyond.fold(0, |bits, (side, is_beyond)| bits | u8::from(is_beyond(clip)) << side),
+            is_plain: clip.is_finite() && beyond_near(clip) >= 0.0 && clip.w > least_w && place.is_finite(),
+        }
+    }
+
+    /// Whether vertices are all beyond one side of the view.
+    pub fn are_outside(vertices: &[&Self; 3]) -> bool {
+        vertices.iter().fold(u8::MAX, |bits, vertex| bits & vertex.beyond) != 0
+    }
+}
+
 /// What is left of a polygon.
 pub(super) type Corners = SmallVec<[Corner; 6]>;
 
 /// Cuts away what is nearer than the near plane; with Bevy's projections what is left is before the eye. The cut is on the
 /// outline.
 pub(super) fn clip_near(corners: &[Corner]) -> Corners {
-    let beyond = |corner: &Corner| corner.clip.w - corner.clip.z;
+    let beyond = |corner: &Corner| beyond_near(corner.clip);
     let mut left = Corners::new();
     for (index, corner) in corners.iter().enumerate() {
         let next = &corners[(index + 1) % corners.len()];
@@ -49,14 +83,25 @@ pub(super) fn clip_near(corners: &[Corner]) -> Corners {
     left
 }
 
+/// How far beyond the near plane a corner is: not at all if negative.
+fn beyond_near(clip: DVec4) -> f64 {
+    clip.w - clip.z
+}
+
+/// Whether a corner is beyond each side of the view, by more than rounding.
+const BEYOND_SIDES: [fn(DVec4) -> bool; 4] = {
+    const SURELY: f64 = 1.0 + tolerance::RASTER_BESIDE;
+    [
+        |clip| clip.x < -SURELY * clip.w,
+        |clip| clip.x > SURELY * clip.w,
+        |clip| clip.y < -SURELY * clip.w,
+        |clip| clip.y > SURELY * clip.w,
+    ]
+};
+
 /// Whether all of a polygon that is not behind the eye is beyond one side of the view, by more than rounding.
 pub(super) fn is_outside(corners: impl Iterator<Item = DVec4> + Clone) -> bool {
-    const SURELY: f64 = 1.0 + tolerance::RASTER_BESIDE;
-    let all = |beyond: fn(DVec4) -> bool| corners.clone().all(beyond);
-    all(|clip| clip.x < -SURELY * clip.w)
-        || all(|clip| clip.x > SURELY * clip.w)
-        || all(|clip| clip.y < -SURELY * clip.w)
-        || all(|clip| clip.y > SURELY * clip.w)
+    BEYOND_SIDES.iter().any(|is_beyond| corners.clone().all(is_beyond))
 }
 
 /// The place of a corner as the eye has it: two directions on the screen, and the distance along the view.

@@ -10,7 +10,7 @@ use smallvec::SmallVec;
 use super::{
     buffer::{Begun, Faces, MaskedDepthBuffer},
     canvas::{Band, Canvas, Drawing, draw_in_bands},
-    clip::{Corner, Coverage, PolygonRegion, clip_near, depths, is_beside, is_outside, to_pixels, winding},
+    clip::{Corner, Coverage, PolygonRegion, Vertex, clip_near, depths, is_beside, is_outside, to_pixels, winding},
     fill::{Brush, fill},
     mesh::OccluderMesh,
     plane::{DepthPlane, Paint, farthest_of_blocks},
@@ -126,18 +126,47 @@ impl<'a> Object<'a> {
             self.is_sure = false;
             return;
         }
-        if is_beside(&pixels, self.band.rows()) {
+        let corners = [polygon[0].clip, polygon[1].clip, polygon[2].clip];
+        let depths = depths(clipped.iter().map(|corner| corner.clip));
+        self.add_pixels(simd, &pixels, corners, depths, |side| clipped[side].is_within);
+    }
+
+    /// The same of a triangle of which all vertices are plain, with which of its edges are no outline.
+    #[inline(always)]
+    fn add_plain<S: Simd>(&mut self, simd: S, vertices: [&Vertex; 3], is_within: [bool; 3]) {
+        if Vertex::are_outside(&vertices) {
             return;
         }
-        let depths = depths(clipped.iter().map(|corner| corner.clip));
+        let depths = vertices
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, greatest], vertex| {
+                [least.min(vertex.depth), greatest.max(vertex.depth)]
+            });
+        let pixels = vertices.map(|vertex| vertex.place);
+        let corners = vertices.map(|vertex| vertex.clip);
+        self.add_pixels(simd, &pixels, corners, depths, |side| is_within[side]);
+    }
+
+    /// Draws a polygon on the screen, on the plane of these corners and within these depths.
+    #[inline(always)]
+    fn add_pixels<S: Simd>(
+        &mut self,
+        simd: S,
+        pixels: &[DVec2],
+        corners: [DVec4; 3],
+        depths: [f64; 2],
+        is_within: impl Fn(usize) -> bool,
+    ) {
         let band = self.band;
-        if let Some(region) = PolygonRegion::new(&pixels, Coverage::Touched, self.size) {
+        if is_beside(pixels, band.rows()) {
+            return;
+        }
+        if let Some(region) = PolygonRegion::new(pixels, Coverage::Touched, self.size) {
             let region = region.as_region();
-            let corners = [polygon[0].clip, polygon[1].clip, polygon[2].clip];
             let plane = DepthPlane::new(corners, &region, depths, self.size);
             fill(simd, &region, band, &mut self.sketch(Stroke::Depth(&plane)));
             if region.rows.len() * region.columns.len() >= LARGE
-                && let Some(region) = PolygonRegion::new(&pixels, Coverage::Within, self.size)
+                && let Some(region) = PolygonRegion::new(pixels, Coverage::Within, self.size)
             {
                 let mut paint = Paint {
                     tiles: self.tiles,
@@ -146,14 +175,11 @@ impl<'a> Object<'a> {
                 fill(simd, &region.as_region(), band, &mut paint);
             }
         }
-        if let Some(region) = PolygonRegion::new(&pixels, Coverage::Centers, self.size) {
+        if let Some(region) = PolygonRegion::new(pixels, Coverage::Centers, self.size) {
             fill(simd, &region.as_region(), band, &mut self.sketch(Stroke::Fill));
         }
-        for (index, corner) in clipped.iter().enumerate() {
-            if corner.is_within {
-                continue;
-            }
-            let edge = [pixels[index], pixels[(index + 1) % pixels.len()]];
+        for side in (0..pixels.len()).filter(|&side| !is_within(side)) {
+            let edge = [pixels[side], pixels[(side + 1) % pixels.len()]];
             if let Some(region) = PolygonRegion::new(&edge, Coverage::Touched, self.size) {
                 let mut outline = self.sketch(Stroke::Outline);
                 fill(simd, &region.as_region(), band, &mut outline);
@@ -195,15 +221,14 @@ pub(super) fn least_w(clip_from_model: &DMat4, largest: Vec3A, size: UVec2) -> f
     unsure / f64::from(tolerance::RASTER_PIXELS)
 }
 
-/// The triangles of a mesh, of which the vertices are in clip space, and of which it is known which are drawn.
+/// The triangles of a mesh, of which it is known which are drawn.
 struct Outlined<'a> {
     mesh: &'a OccluderMesh,
-    clipped: &'a [DVec4],
+    vertices: &'a [Vertex],
     is_drawn: &'a [bool],
     /// Whether they are back faces.
     is_back: bool,
     least_w: f64,
-    height: f64,
 }
 
 impl Drawing for Outlined<'_> {
@@ -212,16 +237,15 @@ impl Drawing for Outlined<'_> {
     }
 
     fn row_of(&self, part: usize) -> Option<f32> {
-        let corners = self.mesh.triangles[part].map(|corner| self.clipped[corner as usize]);
-        let middle = corners[0] + corners[1] + corners[2];
-        self.is_drawn[part].then(|| ((0.5 - 0.5 * middle.y / middle.w) * self.height) as f32)
+        let rows = self.mesh.triangles[part].map(|corner| self.vertices[corner as usize].place.y as f32);
+        self.is_drawn[part].then(|| rows.iter().sum::<f32>() / 3.0)
     }
 
     #[inline(always)]
     fn draw<S: Simd>(&self, simd: S, canvas: &mut Canvas) {
         let Self {
             mesh,
-            clipped,
+            vertices,
             is_drawn,
             is_back,
             ..
@@ -234,16 +258,29 @@ impl Drawing for Outlined<'_> {
                     continue;
                 }
                 let (corners, neighbours) = (mesh.triangles[triangle], mesh.neighbours[triangle]);
-                let corner = |side: usize, along: usize| Corner {
-                    clip: clipped[corners[side] as usize],
-                    is_within: is_drawn.get(neighbours[along] as usize).copied().unwrap_or(false),
-                };
-                let polygon = if is_back {
-                    [corner(0, 2), corner(2, 1), corner(1, 0)]
+                let is_within = |side: usize| is_drawn.get(neighbours[side] as usize).copied().unwrap_or(false);
+                let vertex = |corner: usize| &vertices[corners[corner] as usize];
+                // Seen from behind, they run the other way, and each edge belongs to the corner at its other end.
+                let (vertices, is_within) = if is_back {
+                    (
+                        [vertex(0), vertex(2), vertex(1)],
+                        [is_within(2), is_within(1), is_within(0)],
+                    )
                 } else {
-                    [corner(0, 0), corner(1, 1), corner(2, 2)]
+                    (
+                        [vertex(0), vertex(1), vertex(2)],
+                        [is_within(0), is_within(1), is_within(2)],
+                    )
                 };
-                drawing.add(simd, &polygon);
+                if vertices.iter().all(|vertex| vertex.is_plain) {
+                    drawing.add_plain(simd, vertices, is_within);
+                } else {
+                    let corner = |side: usize| Corner {
+                        clip: vertices[side].clip,
+                        is_within: is_within[side],
+                    };
+                    drawing.add(simd, &[corner(0), corner(1), corner(2)]);
+                }
             }
             drawing.finish(simd);
             begin = end;
@@ -272,29 +309,31 @@ pub(super) fn draw_outlined<S: Simd>(
     let Begun {
         mut canvas,
         touched_by_band,
-        clipped,
+        vertices,
         is_drawn,
         ..
     } = buffer.begin_drawing();
-    clipped.clear();
-    for vertices in &mesh.vertices {
-        let [x, y, z] = vertices;
+    let least_w = least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), canvas.size);
+    vertices.clear();
+    for [x, y, z] in &mesh.vertices {
         let places = x.iter().zip(y).zip(z);
-        clipped.extend(places.map(|((&x, &y), &z)| *clip_from_model * Vec3::new(x, y, z).as_dvec3().extend(1.0)));
+        vertices.extend(places.map(|((&x, &y), &z)| {
+            let clip = *clip_from_model * Vec3::new(x, y, z).as_dvec3().extend(1.0);
+            Vertex::new(clip, least_w, canvas.size)
+        }));
     }
     for &is_back in sides {
         is_drawn.clear();
         for corners in &mesh.triangles {
-            let winding = winding(corners.map(|corner| clipped[corner as usize]));
+            let winding = winding(corners.map(|corner| vertices[corner as usize].clip));
             is_drawn.push(if is_back { winding < 0.0 } else { winding > 0.0 });
         }
         let drawing = Outlined {
             mesh,
-            clipped,
+            vertices,
             is_drawn,
             is_back,
-            least_w: least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), canvas.size),
-            height: f64::from(canvas.size.y),
+            least_w,
         };
         draw_in_bands(simd, &drawing, bands, &mut canvas, touched_by_band);
     }
