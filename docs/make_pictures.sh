@@ -17,8 +17,8 @@ city() {
     keep $out/city.png city -resize 1000x -colors 96
 }
 inspector() {
-    cargo run --quiet --release --features inspector --example city -- --entities 1000 \
-        --play "key F1; wait 10; click 0.35,0.45; click 0.611,0.072; wait 60; shot $out/inspector.png"
+    cargo run --quiet --release --features inspector --example city -- --entities 2000 \
+        --play "key F1; wait 5; click 0.41,0.4; click 0.733,0.087; move 0.25,0.02; wait 20; shot $out/inspector.png"
     keep $out/inspector.png inspector -colors 160
 }
 structures_2d() {

@@ -1,6 +1,6 @@
 //! What is hidden?
 
-use bevy::math::{Mat4, Vec2, Vec3A, Vec4Swizzles, bounding::Aabb3d};
+use bevy::math::{Mat4, Vec2, Vec3A, bounding::Aabb3d};
 
 use super::{
     batch::Batch,
@@ -392,34 +392,12 @@ impl Task for TestBox<'_> {
                 *corners = simd.add(*corners, simd.mul(simd.load(signs), simd.splat(side[coordinate])));
             }
         }
-        let [x, y, z, w] = corners;
-        let zero = simd.splat(0.0);
-        if simd.le(z, w) & simd.lt(zero, w) != 0xff {
-            return true;
-        }
-        let per_w = simd.div(simd.splat(1.0), w);
-        let (x, y) = (simd.mul(x, per_w), simd.mul(y, per_w));
-        let min = Vec2::new(simd.min_lane(x), simd.min_lane(y));
-        let max = Vec2::new(max_lane(simd, x), max_lane(simd, y));
-        let nearest = max_lane(simd, simd.mul(z, per_w));
-
+        let hull = ScreenHull::around(simd, corners);
         let [half_x, half_y, half_z] = self.half_axes;
-        let largest = (self.center.abs() + half_x.abs() + half_y.abs() + half_z.abs()).extend(1.0);
-        let error = abs(matrix) * largest * tolerance::RASTER_BOX;
-        let sure_w = simd.min_lane(w) - error.w;
-        if sure_w <= 0.0 || sure_w.is_nan() {
-            return true;
-        }
-        // |x / w| is 1 on the edge of the screen, and what is beyond it need not be known well.
-        let grow = (error.xy() + error.w) / sure_w;
-        let size = self.buffer.size().as_vec2() * 0.5;
-        let rect = ScreenRect {
-            min: (Vec2::new(min.x, -max.y) - grow + 1.0) * size,
-            max: (Vec2::new(max.x, -min.y) + grow + 1.0) * size,
-            nearest: nearest + (error.z + error.w * nearest.abs()) / sure_w,
-        };
-        let pixels = self.buffer.pixels_of(simd, &ScreenRects::splat(simd, &rect));
-        self.buffer.shows(simd, &pixels[0])
+        let largest = self.center.abs() + half_x.abs() + half_y.abs() + half_z.abs();
+        let largest = largest.to_array().map(|coordinate| simd.splat(coordinate));
+        let rects = hull.rects(simd, magnitudes(simd, matrix, largest), self.buffer.size().as_vec2());
+        self.buffer.shows(simd, &self.buffer.pixels_of(simd, &rects)[0])
     }
 }
 
@@ -465,7 +443,7 @@ struct ScreenHull<S: Simd> {
     max: [S::F32s; 2],
     nearest: S::F32s,
     least_w: S::F32s,
-    /// The lanes with a point that is nearer than the near plane, or NaN.
+    /// The lanes with a point that is nearer than the near plane, or NaN; bits beyond the lanes say nothing.
     near: u32,
 }
 
@@ -477,6 +455,26 @@ impl<S: Simd> ScreenHull<S> {
             max: [simd.splat(f32::NEG_INFINITY); 2],
             nearest: simd.splat(f32::NEG_INFINITY),
             least_w: simd.splat(f32::INFINITY),
+            near: 0,
+        }
+    }
+
+    /// Around the points of all lanes: the same in each lane.
+    #[inline(always)]
+    fn around(simd: S, [x, y, z, w]: [S::F32s; 4]) -> Self {
+        let mut each = Self::empty(simd);
+        each.add(simd, [x, y, z, w]);
+        if each.near as u8 != 0 {
+            return Self {
+                near: u32::MAX,
+                ..Self::empty(simd)
+            };
+        }
+        Self {
+            min: each.min.map(|values| simd.splat(simd.min_lane(values))),
+            max: each.max.map(|values| simd.splat(max_lane(simd, values))),
+            nearest: simd.splat(max_lane(simd, each.nearest)),
+            least_w: simd.splat(simd.min_lane(each.least_w)),
             near: 0,
         }
     }
