@@ -34,6 +34,23 @@ fn counts_what_is_seen_and_the_rest_by_reasons() {
 }
 
 #[test]
+fn a_reason_that_was_told_stays_so_that_nothing_below_it_jumps() {
+    let mut panel = Panel::new(InspectorTab::Culling);
+    panel.spawn_camera("eye", EYE);
+    let cube = spawn_cube(&mut panel.app, Vec3::ZERO);
+    panel.world().entity_mut(cube).insert(Visibility::Hidden);
+    settle(&mut panel.app);
+    panel.look();
+    assert_eq!(panel.beside("hidden"), Some("1"));
+
+    panel.world().entity_mut(cube).insert(Visibility::Visible);
+    settle(&mut panel.app);
+    panel.look();
+    assert_eq!(panel.beside("visible"), Some("1"));
+    assert_eq!(panel.beside("hidden"), Some("0"));
+}
+
+#[test]
 fn tells_why_the_selected_entity_is_not_seen_and_what_can_be_done() {
     let mut panel = Panel::new(InspectorTab::Culling);
     panel.spawn_camera("eye", EYE);

@@ -30,16 +30,19 @@ pub(super) struct Census {
     counting: [usize; REASONS.len()],
     /// The last count that was complete.
     counted: Option<[usize; REASONS.len()]>,
+    /// Which reasons there have been.
+    told: [bool; REASONS.len()],
 }
 
 impl Census {
-    /// Goes on with the count for a camera, beginning anew with another camera and after all have been counted.
+    /// Goes on with the count for a camera, beginning anew with another camera and after all have been counted. A reason that
+    /// was told once is told from then on, even of none: what stands below must not jump under the mouse.
     pub fn go_on(
         &mut self,
         camera: Entity,
         reasons: &VisibilityReasons,
         all: impl Iterator<Item = Entity>,
-    ) -> Option<&[usize; REASONS.len()]> {
+    ) -> Option<impl Iterator<Item = (&'static str, usize)>> {
         if self.camera != Some(camera) {
             *self = Self {
                 camera: Some(camera),
@@ -59,8 +62,13 @@ impl Census {
         }
         if self.left.is_empty() {
             self.counted = Some(self.counting);
+            for (told, &count) in self.told.iter_mut().zip(&self.counting) {
+                *told |= count > 0;
+            }
         }
-        self.counted.as_ref()
+        let told = self.told;
+        let counts = REASONS.iter().zip(self.counted?).zip(told);
+        Some(counts.filter_map(|((&(_, name), count), told)| told.then_some((name, count))))
     }
 }
 

@@ -15,6 +15,8 @@ use bevy::{
 };
 use bevy_egui::egui::{Color32, ColorImage, ComboBox, Grid, TextureHandle, TextureOptions, Ui};
 
+use smallvec::SmallVec;
+
 use super::{Seldom, figures};
 use crate::{
     culling::{VisibilityReason, VisibilityReasons, VisibleSet},
@@ -80,10 +82,11 @@ pub(in crate::debug::inspector) fn show(
             ui.weak("is being counted");
         }
         Some(counts) => {
-            let total = counts.iter().sum::<usize>().max(1);
+            let counts: SmallVec<[(&str, usize); REASONS.len()]> = counts.collect();
+            let total = counts.iter().map(|(_, count)| count).sum::<usize>().max(1);
             Grid::new("census").num_columns(3).striped(true).show(ui, |ui| {
-                for ((_, name), &count) in REASONS.iter().zip(counts).filter(|(_, count)| **count > 0) {
-                    ui.label(*name);
+                for (name, count) in counts {
+                    ui.label(name);
                     ui.monospace(thousands(count as i64));
                     ui.monospace(format!("{:5.1}%", 100.0 * count as f64 / total as f64));
                     ui.end_row();
