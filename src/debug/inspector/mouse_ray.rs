@@ -19,6 +19,8 @@ pub(super) struct MouseRay {
     pub ray: Option<(Entity, Ray3d)>,
     /// It stays, wherever the mouse goes.
     pub is_held: bool,
+    /// Of this frame: egui tells only in the next one whether the mouse was over the panel.
+    newest: Option<(Entity, Ray3d)>,
 }
 
 /// Follows the mouse while it is not over the panel. Of several cameras under it, the one that draws last.
@@ -28,14 +30,16 @@ pub(super) fn follow_mouse(
     egui: Option<Res<EguiWantsInput>>,
     mut mouse: ResMut<MouseRay>,
 ) {
-    let is_elsewhere = egui.is_some_and(|egui| egui.wants_any_pointer_input());
-    if mouse.is_held || is_elsewhere {
-        return;
-    }
     let of_mouse = rays.iter().flat_map(|rays| rays.iter());
     let of_mouse = of_mouse.filter(|(id, _)| id.pointer == PointerId::Mouse);
     let last = of_mouse.max_by_key(|(id, _)| (cameras.get(id.camera).map_or(0, |camera| camera.order), id.camera));
-    if let Some((id, ray)) = last {
-        mouse.ray = Some((id.camera, *ray));
+    let newest = last.map(|(id, ray)| (id.camera, *ray));
+    let before = std::mem::replace(&mut mouse.newest, newest);
+    let of_scene = match egui {
+        Some(egui) => before.filter(|_| !egui.wants_any_pointer_input()),
+        None => newest,
+    };
+    if !mouse.is_held && of_scene.is_some() {
+        mouse.ray = of_scene;
     }
 }
