@@ -25,6 +25,8 @@ impl MaskedDepthBuffer {
     /// Strictly, the mesh is one: what its triangles cover together is covered, unless a vertex is so far from where its
     /// camera is that double precision is not sure of its place. A mesh that mirrors itself, and a matrix that does,
     /// turns front faces into back faces. Nothing is drawn with a matrix that is NaN or infinite.
+    ///
+    /// Many triangles are drawn to bands of the screen side by side, on Bevy's `ComputeTaskPool`; the same comes of it.
     pub fn draw_mesh(&mut self, mesh: &OccluderMesh, clip_from_model: &DMat4, faces: Faces) {
         if !clip_from_model.is_finite() || self.is_out_of_view(mesh, clip_from_model) {
             return;
