@@ -7,7 +7,7 @@ use super::{
     query::{FROM_COLUMN, PixelRect, ROWS, TO_COLUMN, rows},
     tile::{TILE_HEIGHT, TILE_WIDTH},
 };
-use crate::spatial::simd::{LANES, Simd, prefetch};
+use crate::spatial::simd::{LANES, Simd};
 
 /// So many rectangles are looked at together: one bit for each.
 const RECTS: usize = 32;
@@ -18,17 +18,11 @@ const MOST_TILES: u32 = 16;
 /// So many tiles may be on the list; what is written past its end is not read.
 const TILES: usize = RECTS * MOST_TILES as usize + LANES;
 
-/// How far ahead a tile is brought close.
-const AHEAD: usize = 8;
-
 /// Rectangles that wait to be looked at.
 pub(super) struct Batch {
-    /// The tiles, with numbers in the tables of pixels, and the rectangle that it is for.
+    /// The tiles, and of each [which pixels](window) of it are in which rectangle.
     tiles: [u32; TILES],
-    rows: [u32; TILES],
-    from: [u32; TILES],
-    to: [u32; TILES],
-    rects: [u32; TILES],
+    windows: [u32; TILES],
     tile_count: usize,
     nearest: [f32; RECTS],
     count: usize,
@@ -40,10 +34,7 @@ impl Batch {
     pub fn new() -> Self {
         Self {
             tiles: [0; TILES],
-            rows: [0; TILES],
-            from: [0; TILES],
-            to: [0; TILES],
-            rects: [0; TILES],
+            windows: [0; TILES],
             tile_count: 0,
             nearest: [0.0; RECTS],
             count: 0,
@@ -81,8 +72,9 @@ impl Batch {
             simd.mul(steps, height),
         );
         let to_row = simd.min(simd.max(to_row, simd.splat(0.0)), simd.splat((TILE_HEIGHT - 1) as f32));
-        let from_row = simd.load_bits(&[rows(rect.top % TILE_HEIGHT, 0), 0, 0, 0, 0, 0, 0, 0]);
-        let in_rows = simd.store_bits(simd.or(simd.whole(to_row), from_row));
+        let from_row = window(0, 0, rows(rect.top % TILE_HEIGHT, 0), 0) as f32;
+        let from_row = simd.load(&[from_row, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let in_rows = simd.add(simd.mul(to_row, simd.splat(window(0, 0, 1, 0) as f32)), from_row);
         for column in left..=right {
             let first = top * buffer.tiles_across() + column;
             let tiles = simd.whole(simd.add(simd.splat(first as f32), below));
@@ -92,12 +84,11 @@ impl Batch {
             } else {
                 TILE_WIDTH - 1
             };
+            let in_columns = simd.splat(window(from, to, 0, number as u32) as f32);
+            let windows = simd.whole(simd.add(in_rows, in_columns));
             let at = self.tile_count..self.tile_count + LANES;
             self.tiles[at.clone()].copy_from_slice(&simd.store_bits(tiles));
-            self.rows[at.clone()].copy_from_slice(&in_rows);
-            self.from[at.clone()].copy_from_slice(&[from; LANES]);
-            self.to[at.clone()].copy_from_slice(&[to; LANES]);
-            self.rects[at].copy_from_slice(&[number as u32; LANES]);
+            self.windows[at].copy_from_slice(&simd.store_bits(windows));
             self.tile_count += down as usize;
         }
     }
@@ -113,19 +104,9 @@ impl Batch {
     ) -> usize {
         let mut shown = self.shown;
         for at in 0..self.tile_count {
-            if let Some(next) = self
-                .tiles
-                .get(at + AHEAD)
-                .and_then(|&tile| buffer.tiles.get(tile as usize))
-            {
-                prefetch(next);
-            }
-            let rect = self.rects[at] as usize % RECTS;
-            let columns = simd.and(
-                simd.load_bits(&FROM_COLUMN[(self.from[at] % TILE_WIDTH) as usize]),
-                simd.load_bits(&TO_COLUMN[(self.to[at] % TILE_WIDTH) as usize]),
-            );
-            let pixels = simd.and(columns, simd.load_bits(&ROWS[self.rows[at] as usize % ROWS.len()]));
+            let [from, to, rows, rect] = parts(self.windows[at]);
+            let columns = simd.and(simd.load_bits(&FROM_COLUMN[from]), simd.load_bits(&TO_COLUMN[to]));
+            let pixels = simd.and(columns, simd.load_bits(&ROWS[rows]));
             let tile = &buffer.tiles[self.tiles[at] as usize];
             let is_shown = tile.shows(simd, pixels, simd.splat(self.nearest[rect]));
             shown |= u32::from(is_shown) << rect;
@@ -137,4 +118,25 @@ impl Batch {
         (self.tile_count, self.shown) = (0, 0);
         std::mem::take(&mut self.count)
     }
+}
+
+/// The columns of a tile from one to another, with the number of its rows, that are in a rectangle: as one number, which is
+/// the sum of those of its parts, and exact as `f32`.
+const fn window(from: u32, to: u32, rows: u32, rect: u32) -> u32 {
+    from + (to << 5) + (rows << 10) + (rect << 16)
+}
+
+/// The parts of a [`window`].
+#[inline(always)]
+fn parts(window: u32) -> [usize; 4] {
+    const {
+        assert!(TILE_WIDTH == 1 << 5 && ROWS.len() == 1 << 6 && RECTS == 1 << 5);
+    }
+    let part = |shift: u32, len: usize| (window >> shift) as usize % len;
+    [
+        part(0, TILE_WIDTH as usize),
+        part(5, TILE_WIDTH as usize),
+        part(10, ROWS.len()),
+        part(16, RECTS),
+    ]
 }

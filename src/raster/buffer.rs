@@ -57,15 +57,15 @@ pub(super) struct Scratch {
     pub is_drawn: Vec<bool>,
     /// What has been drawn of a mesh.
     pub object: Vec<ObjectTile>,
-    pub touched: Vec<u32>,
-    /// By all bands but the last.
-    pub touched_by_band: Vec<Vec<u32>>,
+    /// To which tiles, by bands that are drawn side by side, of which the last is the first here.
+    pub touched: Vec<Vec<u32>>,
 }
 
 /// A [`MaskedDepthBuffer`] that is drawn to.
 pub(super) struct Begun<'a> {
     pub canvas: Canvas<'a>,
-    pub touched_by_band: &'a mut Vec<Vec<u32>>,
+    /// For all bands but the last.
+    pub touched: &'a mut [Vec<u32>],
     pub on_screen: &'a mut Vec<[f32; 4]>,
     pub vertices: &'a mut Vec<Vertex>,
     pub is_drawn: &'a mut Vec<bool>,
@@ -125,42 +125,40 @@ impl MaskedDepthBuffer {
 
     /// The bytes that are kept.
     pub fn memory(&self) -> usize {
-        let Scratch {
-            on_screen,
-            vertices,
-            is_drawn,
-            object,
-            touched,
-            touched_by_band,
-        } = &self.scratch;
-        let lists = touched_by_band.iter().chain([touched]);
+        fn of<T>(list: &Vec<T>) -> usize {
+            list.capacity() * size_of::<T>()
+        }
+        let scratch = &self.scratch;
         size_of_val(self)
-            + self.tiles.capacity() * size_of::<Tile>()
-            + on_screen.capacity() * size_of::<[f32; 4]>()
-            + vertices.capacity() * size_of::<Vertex>()
-            + is_drawn.capacity()
-            + object.capacity() * size_of::<ObjectTile>()
-            + lists.map(|list| list.capacity() * size_of::<u32>()).sum::<usize>()
+            + of(&self.tiles)
+            + of(&scratch.on_screen)
+            + of(&scratch.vertices)
+            + of(&scratch.is_drawn)
+            + of(&scratch.object)
+            + of(&scratch.touched)
+            + scratch.touched.iter().map(of).sum::<usize>()
     }
 
     pub(super) fn tiles_across(&self) -> u32 {
         self.size.x.div_ceil(TILE_WIDTH)
     }
 
-    /// All of it, to draw to, with vertices and what has been found out about triangles.
-    pub(super) fn begin_drawing(&mut self) -> Begun<'_> {
+    /// All of it, to draw to by so many bands, with vertices and what has been found out about triangles.
+    pub(super) fn begin_drawing(&mut self, bands: usize) -> Begun<'_> {
         let tiles_across = self.tiles_across();
         let Scratch {
             on_screen,
             vertices,
             is_drawn,
             object,
-            touched,
-            touched_by_band,
+            touched: lists,
         } = &mut self.scratch;
         if self.mode == RasterMode::Strict {
             object.resize(self.tiles.len(), ObjectTile::EMPTY);
         }
+        let bands = bands.max(1);
+        lists.resize_with(lists.len().max(bands), Vec::new);
+        let (touched, lists) = lists.split_at_mut(1);
         Begun {
             canvas: Canvas {
                 size: self.size,
@@ -170,9 +168,9 @@ impl MaskedDepthBuffer {
                 },
                 tiles: &mut self.tiles,
                 object,
-                touched,
+                touched: &mut touched[0],
             },
-            touched_by_band,
+            touched: lists,
             on_screen,
             vertices,
             is_drawn,

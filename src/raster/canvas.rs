@@ -59,21 +59,21 @@ pub(super) trait Drawing: Sync {
     fn draw<S: Simd>(&self, simd: S, canvas: &mut Canvas);
 }
 
-/// Draws to so many bands side by side, or to the only one. The same is drawn, tile by tile, in the same order.
+/// Draws to so many bands side by side, or to the only one, with a list of touched tiles for each but the last. The same
+/// is drawn, tile by tile, in the same order.
 #[inline(always)]
 pub(super) fn draw_in_bands<S: Simd>(
     simd: S,
     drawing: &impl Drawing,
     bands: usize,
     canvas: &mut Canvas,
-    touched: &mut Vec<Vec<u32>>,
+    touched: &mut [Vec<u32>],
 ) {
     if bands <= 1 {
         drawing.draw(simd, canvas);
         return;
     }
     let cuts = cuts(drawing, &canvas.band, bands);
-    touched.resize_with(touched.len().max(cuts.len()), Vec::new);
     ComputeTaskPool::get_or_init(TaskPool::default).scope(|scope| {
         let Canvas {
             size,

@@ -90,7 +90,7 @@ impl Task for DrawBox<'_> {
         }
 
         let mode = buffer.mode;
-        let Begun { mut canvas, .. } = buffer.begin_drawing();
+        let Begun { mut canvas, .. } = buffer.begin_drawing(1);
         let size = canvas.size;
         let sign = clip_from_model.determinant().signum();
         let mut is_front = [false; 6];

@@ -308,11 +308,11 @@ pub(super) fn draw_outlined<S: Simd>(
     };
     let Begun {
         mut canvas,
-        touched_by_band,
+        touched,
         vertices,
         is_drawn,
         ..
-    } = buffer.begin_drawing();
+    } = buffer.begin_drawing(bands);
     let least_w = least_w(clip_from_model, aabb.min.abs().max(aabb.max.abs()), canvas.size);
     vertices.clear();
     for [x, y, z] in &mesh.vertices {
@@ -335,6 +335,6 @@ pub(super) fn draw_outlined<S: Simd>(
             is_back,
             least_w,
         };
-        draw_in_bands(simd, &drawing, bands, &mut canvas, touched_by_band);
+        draw_in_bands(simd, &drawing, bands, &mut canvas, touched);
     }
 }

@@ -149,11 +149,20 @@ impl MaskedDepthBuffer {
     #[inline(always)]
     fn rects_of_boxes<S: Simd>(&self, simd: S, boxes: Boxes, clip_from_world: &Mat4) -> ScreenRects<S> {
         let mut ends = [[simd.splat(0.0); 3]; 2];
+        for (ends, values) in ends.iter_mut().zip([boxes.min, boxes.max]) {
+            for (end, values) in ends.iter_mut().zip(values) {
+                *end = simd.load(values);
+            }
+        }
+        self.rects_between(simd, ends, clip_from_world)
+    }
+
+    /// Where eight boxes between these corners are on the screen.
+    #[inline(always)]
+    fn rects_between<S: Simd>(&self, simd: S, ends: [[S::F32s; 3]; 2], clip_from_world: &Mat4) -> ScreenRects<S> {
         let mut largest = [simd.splat(0.0); 3];
-        for axis in 0..3 {
-            ends[0][axis] = simd.load(&boxes.min[axis]);
-            ends[1][axis] = simd.load(&boxes.max[axis]);
-            largest[axis] = simd.max(simd.sub(simd.splat(0.0), ends[0][axis]), ends[1][axis]);
+        for (axis, largest) in largest.iter_mut().enumerate() {
+            *largest = simd.max(simd.sub(simd.splat(0.0), ends[0][axis]), ends[1][axis]);
         }
         let mut hull = ScreenHull::<S>::empty(simd);
         for corner in 0..8 {
@@ -340,18 +349,19 @@ impl<F: FnMut(usize)> Task for TestBoxes<'_, F> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let (mut min, mut max) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        let mut corners = [[[0.0; 4]; LANES]; 2];
         let mut batch = Batch::new();
         let mut first = 0;
         for aabbs in self.aabbs.chunks(LANES) {
             for (lane, aabb) in aabbs.iter().enumerate() {
-                for axis in 0..3 {
-                    min[axis][lane] = aabb.min[axis];
-                    max[axis][lane] = aabb.max[axis];
-                }
+                corners[0][lane] = aabb.min.extend(0.0).to_array();
+                corners[1][lane] = aabb.max.extend(0.0).to_array();
             }
-            let boxes = Boxes { min: &min, max: &max };
-            let rects = self.buffer.pixels_of_boxes(simd, boxes, self.clip_from_world);
+            let [x0, y0, z0, _] = simd.transpose(corners[0].each_ref());
+            let [x1, y1, z1, _] = simd.transpose(corners[1].each_ref());
+            let ends = [[x0, y0, z0], [x1, y1, z1]];
+            let rects = self.buffer.rects_between(simd, ends, self.clip_from_world);
+            let rects = self.buffer.pixels_of(simd, &rects);
             for rect in &rects[..aabbs.len()] {
                 batch.add(simd, self.buffer, rect);
             }

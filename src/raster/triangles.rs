@@ -139,10 +139,10 @@ impl Task for DrawMesh<'_> {
         }
         let Begun {
             mut canvas,
-            touched_by_band,
+            touched,
             on_screen,
             ..
-        } = buffer.begin_drawing();
+        } = buffer.begin_drawing(bands);
         project(simd, mesh, &clip_from_model.as_mat4(), canvas.size, on_screen);
         let drawing = ByCenters {
             mesh,
@@ -150,7 +150,7 @@ impl Task for DrawMesh<'_> {
             faces,
             on_screen,
         };
-        draw_in_bands(simd, &drawing, bands, &mut canvas, touched_by_band);
+        draw_in_bands(simd, &drawing, bands, &mut canvas, touched);
     }
 }
 

@@ -67,7 +67,7 @@ impl Subscriber for Names {
     fn event(&self, _: &Event) {}
 }
 
-/// An app whose systems run in the thread of the test, with a camera, a light and a cube.
+/// An app whose systems run in the thread of the test, with a camera and a light.
 fn app() -> App {
     let mut app = headless_app_with(|app| {
         #[cfg(feature = "sprite")]
@@ -86,7 +86,6 @@ fn app() -> App {
     });
     app.world_mut().spawn(Camera3d::default());
     app.world_mut().spawn(SpotLight::default());
-    spawn_cube(&mut app, Vec3::NEG_Z * 10.0);
     let mut store = app.world_mut().resource_mut::<GizmoConfigStore>();
     store.config_mut::<SightlineGizmos>().1.leaves = true;
     app

@@ -88,3 +88,24 @@ fn the_components_of_other_crates_are_left_out() {
     panel.update();
     assert!(!panel.says("GlobalTransform"));
 }
+
+#[test]
+fn what_an_option_holds_is_edited_right_beside_it() {
+    let mut panel = Panel::new(InspectorTab::Index);
+    let cube = spawn_cube(&mut panel.app, Vec3::ZERO);
+    let shown = ShowGizmos {
+        volume: Some(BoundingKind::Aabb),
+        ..default()
+    };
+    panel.world().entity_mut(cube).insert(shown);
+    settle(&mut panel.app);
+    panel.world().resource_mut::<SightlineInspector>().selected = Some(cube);
+    panel.update();
+    panel.click("ShowGizmos");
+    assert_eq!(panel.beside("volume"), Some("Some"));
+    assert_eq!(panel.beside("Some"), Some("Aabb"));
+    panel.click("Aabb");
+    panel.click("Sphere");
+    let shown = panel.world().get::<ShowGizmos>(cube).and_then(|shown| shown.volume);
+    assert_eq!(shown, Some(BoundingKind::Sphere));
+}

@@ -8,7 +8,7 @@ use bevy::{
     math::{UVec2, Vec2, Vec3},
     reflect::{
         PartialReflect, ReflectMut, ReflectRef, TypeInfo, TypeRegistry,
-        enums::{DynamicEnum, DynamicVariant, Enum, VariantInfo},
+        enums::{DynamicEnum, DynamicVariant, Enum, VariantInfo, VariantType},
         std_traits::ReflectDefault,
         structs::DynamicStruct,
         tuple::DynamicTuple,
@@ -62,6 +62,12 @@ impl Editor<'_> {
             }
             ReflectMut::Enum(value) => {
                 has_changed |= self.choose_variant(ui, value);
+                if value.is_variant(VariantType::Tuple) && value.field_len() == 1 {
+                    if let Some(field) = value.field_at_mut(0) {
+                        has_changed |= ui.push_id("content", |ui| self.edit(ui, field)).inner;
+                    }
+                    return has_changed;
+                }
                 for index in 0..value.field_len() {
                     let name = value.name_at(index).map_or_else(|| index.to_string(), str::to_owned);
                     if let Some(field) = value.field_at_mut(index) {

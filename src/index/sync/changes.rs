@@ -252,76 +252,53 @@ impl<'w> Table<'w> {
     }
 }
 
-/// What the index reads of an entity was taken away, or the whole entity.
-#[derive(SystemParam)]
-pub(in crate::index) struct Removed<'w, 's> {
-    transform: RemovedComponents<'w, 's, GlobalTransform>,
-    aabb: RemovedComponents<'w, 's, Aabb>,
-    mesh_2d: RemovedComponents<'w, 's, Mesh2d>,
-    mesh_3d: RemovedComponents<'w, 's, Mesh3d>,
-    simplified_mesh: RemovedComponents<'w, 's, SimplifiedMesh>,
-    shape: RemovedComponents<'w, 's, PickShape>,
-    derived: RemovedComponents<'w, 's, DerivedShape>,
-    bounded_by: RemovedComponents<'w, 's, BoundedBy>,
-    hit_surface: RemovedComponents<'w, 's, HitSurface>,
-    visibility: RemovedComponents<'w, 's, InheritedVisibility>,
-    layers: RemovedComponents<'w, 's, RenderLayers>,
-    backfaces: RemovedComponents<'w, 's, RayCastBackfaces>,
-    skin: RemovedComponents<'w, 's, SkinnedMesh>,
-    morph_weights: RemovedComponents<'w, 's, MeshMorphWeights>,
-    no_spatial_index: RemovedComponents<'w, 's, NoSpatialIndex>,
-    level: RemovedComponents<'w, 's, DetailLevel>,
-    disabled: RemovedComponents<'w, 's, Disabled>,
-    newly_disabled: Query<'w, 's, Entity, (With<Disabled>, Added<Disabled>)>,
+/// Defines [`Removed`] from the components whose removal counts.
+macro_rules! define_removed {
+    ($($name:ident: $component:ty,)*) => {
+        /// What the index reads of an entity was taken away, or the whole entity.
+        #[derive(SystemParam)]
+        pub(in crate::index) struct Removed<'w, 's> {
+            $($name: RemovedComponents<'w, 's, $component>,)*
+            newly_disabled: Query<'w, 's, Entity, (With<Disabled>, Added<Disabled>)>,
+        }
+
+        impl Removed<'_, '_> {
+            /// Whether Bevy has forgotten some of them before they could be read, after a pause of some frames.
+            pub fn has_missed_some(&self) -> bool {
+                false $(|| misses(&self.$name))*
+            }
+
+            /// Those entities, some of them several times.
+            pub fn read(&mut self) -> impl Iterator<Item = Entity> + '_ {
+                std::iter::empty() $(.chain(self.$name.read()))* .chain(&self.newly_disabled)
+            }
+        }
+    };
 }
 
-impl Removed<'_, '_> {
-    /// Whether Bevy has forgotten some of them before they could be read, after a pause of some frames.
-    pub fn has_missed_some(&self) -> bool {
-        fn misses<T: Component>(removed: &RemovedComponents<T>) -> bool {
-            let cursor = removed.reader();
-            removed
-                .messages()
-                .is_some_and(|messages| cursor.missed_messages(messages) > 0)
-        }
-        misses(&self.transform)
-            || misses(&self.aabb)
-            || misses(&self.mesh_2d)
-            || misses(&self.mesh_3d)
-            || misses(&self.simplified_mesh)
-            || misses(&self.shape)
-            || misses(&self.derived)
-            || misses(&self.bounded_by)
-            || misses(&self.hit_surface)
-            || misses(&self.visibility)
-            || misses(&self.layers)
-            || misses(&self.backfaces)
-            || misses(&self.skin)
-            || misses(&self.morph_weights)
-            || misses(&self.no_spatial_index)
-            || misses(&self.level)
-            || misses(&self.disabled)
-    }
+define_removed! {
+    transform: GlobalTransform,
+    aabb: Aabb,
+    mesh_2d: Mesh2d,
+    mesh_3d: Mesh3d,
+    simplified_mesh: SimplifiedMesh,
+    shape: PickShape,
+    derived: DerivedShape,
+    bounded_by: BoundedBy,
+    hit_surface: HitSurface,
+    visibility: InheritedVisibility,
+    layers: RenderLayers,
+    backfaces: RayCastBackfaces,
+    skin: SkinnedMesh,
+    morph_weights: MeshMorphWeights,
+    no_spatial_index: NoSpatialIndex,
+    level: DetailLevel,
+    disabled: Disabled,
+}
 
-    /// Those entities, some of them several times.
-    pub fn read(&mut self) -> impl Iterator<Item = Entity> + '_ {
-        (self.transform.read())
-            .chain(self.aabb.read())
-            .chain(self.mesh_2d.read())
-            .chain(self.mesh_3d.read())
-            .chain(self.simplified_mesh.read())
-            .chain(self.shape.read())
-            .chain(self.derived.read())
-            .chain(self.bounded_by.read())
-            .chain(self.hit_surface.read())
-            .chain(self.visibility.read())
-            .chain(self.layers.read())
-            .chain(self.backfaces.read())
-            .chain(self.skin.read())
-            .chain(self.morph_weights.read())
-            .chain(self.no_spatial_index.read())
-            .chain(self.level.read())
-            .chain(self.disabled.read())
-            .chain(&self.newly_disabled)
-    }
+fn misses<T: Component>(removed: &RemovedComponents<T>) -> bool {
+    let cursor = removed.reader();
+    removed
+        .messages()
+        .is_some_and(|messages| cursor.missed_messages(messages) > 0)
 }

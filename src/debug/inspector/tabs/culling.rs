@@ -14,7 +14,6 @@ use bevy::{
     image::Image,
 };
 use bevy_egui::egui::{Color32, ColorImage, ComboBox, Grid, TextureHandle, TextureOptions, Ui};
-
 use smallvec::SmallVec;
 
 use super::{Seldom, figures};

@@ -34,9 +34,10 @@ pub(in crate::debug::inspector) fn show(
         return;
     };
     let settings = SceneQuerySettings::default();
+    // First, so that what is timed finds in the caches what it needs, the one as the other.
+    let trace = scene.trace_ray(ray, &settings);
     let (hit, nearest) = timed(|| scene.cast_ray(ray, &settings));
     let ((), all) = timed(|| scene.cast_ray_all(ray, &settings, &mut hits));
-    let trace = scene.trace_ray(ray, &settings);
     figures(
         ui,
         "ray",
