@@ -351,3 +351,29 @@ fn a_morph_weight_that_stays_nan_is_no_news_in_an_idle_frame() {
     let stats = app.world().resource::<SyncStats>();
     assert_eq!((stats.posed, stats.reconciled), (0, 0));
 }
+
+#[test]
+fn rays_hit_the_mesh_that_was_swapped_in_in_the_frame_that_shows_it() {
+    let mut app = headless_app();
+    let (near, far) = (
+        add_mesh(&mut app, Cuboid::default()),
+        add_mesh(&mut app, Cuboid::new(1.0, 1.0, 9.0)),
+    );
+    let lod = ProxyLod::new(LodMetric::Distance, near.clone())
+        .then(20.0, far)
+        .hit_as(LodHits::Shown);
+    app.world_mut().spawn((Mesh3d(near), Transform::default(), lod));
+    let camera = app
+        .world_mut()
+        .spawn((Camera3d::default(), Transform::from_xyz(0.0, 0.0, 10.0)))
+        .id();
+    settle(&mut app);
+    for (distance, face) in [(40.0, 4.5), (10.0, 0.5), (40.0, 4.5)] {
+        app.world_mut()
+            .entity_mut(camera)
+            .insert(Transform::from_xyz(0.0, 0.0, distance));
+        app.update();
+        let hit = cast(&mut app, Ray3d::new(Vec3::Z * 100.0, Dir3::NEG_Z)).expect("it stands there");
+        assert_eq!(hit.position.z, face, "seen from {distance} m");
+    }
+}

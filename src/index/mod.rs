@@ -89,6 +89,7 @@ pub use settings::{MeshSettings, QueryVisibility, SceneQuerySettings, SpatialInd
 pub(crate) use spatial_index::Key;
 pub use spatial_index::{BrokenIndex, Refusal, SpatialIndex, SpatialIndexStats};
 pub use stats::SyncStats;
+pub(crate) use sync::MeshSwaps;
 pub use trace::{EntityTest, EntityTrace, RayTrace};
 use views::CameraViews;
 pub(crate) use views::clip_from_view;

@@ -116,8 +116,7 @@ pub enum LodHits {
     #[default]
     Finest,
     /// What is shown: by the pointer, what its camera shows; by other rays, what any camera shows, if they ask for what is
-    /// [visible in view](crate::index::QueryVisibility::VisibleInView). Where meshes are swapped, rays hit the new mesh from
-    /// the next frame's end on: for one frame they hit what was shown before.
+    /// [visible in view](crate::index::QueryVisibility::VisibleInView).
     Shown,
 }
 

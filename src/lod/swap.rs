@@ -3,6 +3,7 @@
 use bevy::{
     ecs::{
         change_detection::{DetectChangesMut, Res, ResMut},
+        query::Has,
         system::{Commands, Query},
     },
     mesh::Mesh3d,
@@ -14,11 +15,16 @@ use super::{
     groups::{Contents, MeshLevel},
     streaming::StreamedMeshes,
 };
-use crate::phase::phase;
+use crate::{
+    index::{MeshSwaps, SimplifiedMesh},
+    phase::phase,
+};
 
-/// Gives entities the meshes that the main camera is to show, and triggers [`LodSwapped`] for them.
+/// Gives entities the meshes that the main camera is to show, which rays hit from then on too if they hit what is shown, and
+/// triggers [`LodSwapped`] for them.
 pub(super) fn swap_meshes(
-    mut meshes: Query<Option<&mut Mesh3d>>,
+    mut meshes: Query<(Option<&mut Mesh3d>, Has<SimplifiedMesh>)>,
+    mut for_rays: MeshSwaps,
     streamed: Res<StreamedMeshes>,
     mut choices: ResMut<LodChoices>,
     mut stats: ResMut<LodStats>,
@@ -67,8 +73,13 @@ pub(super) fn swap_meshes(
             continue;
         };
         match meshes.get_mut(group.root) {
-            Ok(Some(mut mesh)) if mesh.0 != *wanted => mesh.0 = wanted.clone(),
-            Ok(None) => {
+            Ok((Some(mut mesh), is_simplified)) if mesh.0 != *wanted => {
+                if !is_simplified {
+                    for_rays.swap(group.root, mesh.0.id(), wanted.id());
+                }
+                mesh.0 = wanted.clone();
+            }
+            Ok((None, _)) => {
                 commands.entity(group.root).try_insert(Mesh3d(wanted.clone()));
             }
             _ => {}

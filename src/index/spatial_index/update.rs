@@ -6,6 +6,7 @@ use bevy::{
 };
 
 use super::{Contents, Key, Moves, NO_SLOT, Refusal, Slot, SpatialIndex, Tenant};
+use crate::index::surface::PlacedSurface;
 use crate::spatial::{
     AabbTree, LeafId, NoSuchLeaf, SpatialUpdates, UniformGrid, UnsoundBox, UpdateError, uniform_grid::GridSettings,
 };
@@ -70,6 +71,12 @@ impl SpatialIndex {
         }
         self.entries[slot] = contents.entry;
         self.surfaces[slot] = contents.surface;
+    }
+
+    /// What rays hit on an entity, if it is in the index.
+    pub(in crate::index) fn surface_mut(&mut self, entity: Entity) -> Option<&mut PlacedSurface> {
+        let slot = self.slot(entity)?;
+        self.surfaces[slot as usize].as_mut()
     }
 
     /// Moves entities, as was noted in several places: where something was noted twice, the last counts. What has been

@@ -6,10 +6,13 @@
 //! There is one short cut, for what happens most: an entity of the index of which nothing but the `GlobalTransform` has
 //! changed keeps all but its place. Such entities are [found](changes) and placed in parallel, and stored together.
 //! Entities that are [posed](super::pose) are placed by their poses instead, in parallel too.
+//!
+//! Later in the frame only meshes are [swapped](swap), for what is shown then.
 
 mod changes;
 mod grid_upkeep;
 mod reconcile;
+mod swap;
 
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},
@@ -39,6 +42,8 @@ use changes::{Changes, Removed};
 use grid_upkeep::GridUpkeep;
 use reconcile::{BoundedByMesh, Indexed, Reconciler};
 use smallvec::SmallVec;
+pub(crate) use swap::MeshSwaps;
+
 /// Trees with fewer leaves than this are built anew within the frame: that takes about a millisecond.
 const LEAST_BESIDE: usize = 2048;
 
