@@ -31,6 +31,7 @@
 //! PreUpdate    PickingSystems::Backend       pointers' rays → index, as of the last PostUpdate → PointerHits
 //! Update       the game                      SceneQuery, as of the last PostUpdate
 //! PostUpdate   TransformSystems::Propagate   Bevy writes GlobalTransform
+//!              AutoProxySystems::Make        levels that were made meanwhile (feature `simplify`)
 //!              LodSystems::Follow            groups, and what belongs to their levels
 //!              VisibilitySystems::…          Bevy writes Aabb, InheritedVisibility
 //!              SpatialIndexSystems::Sync     what changed → meshes, poses, leaves of tree and grid
@@ -94,6 +95,7 @@ pub mod prelude {
         },
         raster::RasterMode,
         selection::{ScreenRegion, SelectionMode, SelectionPrecision, SelectionSettings},
+        spatial::Neighbour,
     };
 
     #[cfg(feature = "gizmos")]
@@ -118,7 +120,10 @@ pub mod prelude {
     pub use crate::sprite::{AlphaTest, SpriteIndexPlugin, SpriteIndexSettings, SpriteIndexStats};
 }
 
-/// All plugins of this crate that the enabled features offer.
+/// The plugins of this crate that cost next to nothing while nobody uses what they offer, as far as features have them.
+///
+/// Not among them: [`SightlineDiagnosticsPlugin`](debug::diagnostics::SightlineDiagnosticsPlugin),
+/// [`LevelVariantsPlugin`](lod::LevelVariantsPlugin), and with the feature `inspector` `SightlineInspectorPlugin`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SightlinePlugins;
 

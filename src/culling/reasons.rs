@@ -38,10 +38,10 @@ pub enum VisibilityReason {
     Visible,
     /// The camera is not active, and sees nothing.
     InactiveCamera,
-    /// It has nothing that could be seen: no `GlobalTransform`, or no `Visibility`.
-    NotVisual,
     /// It is left to the GPU, which tells nobody (`NoCpuCulling`).
     LeftToGpu,
+    /// It has nothing that could be seen: no `GlobalTransform`, or no `Visibility`.
+    NotVisual,
     /// It or an ancestor is hidden (`Visibility`).
     Hidden,
     /// It is on none of the layers of the camera (`RenderLayers`).
@@ -100,12 +100,13 @@ pub struct VisibilityReasons<'w, 's> {
     ranges: Option<Res<'w, VisibleEntityRanges>>,
     lods: Option<Res<'w, LodChoices>>,
     index: Res<'w, SpatialIndex>,
-    settings: Res<'w, ViewCullingSettings>,
+    /// None where Bevy alone culls.
+    settings: Option<Res<'w, ViewCullingSettings>>,
 }
 
 impl VisibilityReasons<'_, '_> {
     /// Why a camera sees an entity, or does not, as of the last `PostUpdate`; `None` if one of them does not exist, or the
-    /// camera has no [`VisibleSet`].
+    /// camera has no [`VisibleSet`], as without [`ViewCullingPlugin`](super::ViewCullingPlugin).
     pub fn of(&self, entity: Entity, camera: Entity) -> Option<VisibilityReason> {
         let (settings, frustum, seen, lists, camera_layers, occlusion) = self.cameras.get(camera).ok()?;
         let (
@@ -120,13 +121,14 @@ impl VisibilityReasons<'_, '_> {
             is_left_to_gpu,
             is_ranged,
         ) = self.entities.get(entity).ok()?;
-        let is_seen = if self.settings.enabled {
+        let is_culled_here = self.settings.as_deref().is_some_and(|settings| settings.enabled);
+        let is_seen = if is_culled_here {
             seen.contains(entity)
         } else {
             lists.entities.values().any(|list| list.contains(&entity))
         };
         let is_occluded = || {
-            let may_be = self.settings.enabled && !is_never_culled && !is_never_hidden;
+            let may_be = is_culled_here && !is_never_culled && !is_never_hidden;
             let hides =
                 |occlusion: &OcclusionBuffer| self.index.aabb(entity).is_some_and(|aabb| occlusion.hides(&aabb));
             may_be && occlusion.is_some_and(hides)

@@ -23,8 +23,9 @@ use crate::index::SpatialIndex;
 /// All entities that a camera sees, whatever their visibility class, as of the last `PostUpdate`.
 ///
 /// On every camera, as [`ViewCullingPlugin`](super::ViewCullingPlugin) requires it. It holds everything that is not
-/// hidden, on a layer of the camera, in range, and not wholly out of its frustum, also what is not drawn. While the
-/// camera is not active, or [culling is left to Bevy](super::ViewCullingSettings::enabled), it stays as it was.
+/// hidden, on a layer of the camera, in range, of the level of detail that it shows, not wholly out of its frustum, and, with
+/// [`SoftwareOcclusion`](crate::occlusion::SoftwareOcclusion), not found to be behind occluders; also what is not drawn.
+/// While the camera is not active, or [culling is left to Bevy](super::ViewCullingSettings::enabled), it stays as it was.
 ///
 /// ```
 /// # use bevy::prelude::*;

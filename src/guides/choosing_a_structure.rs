@@ -110,7 +110,7 @@
 //! | [`neighbours_within`](crate::index::SceneQuery::neighbours_within) | the grid, which is there while this is asked; without one the tree, with the same answer |
 //! | what cameras and lights see, what is drawn as gizmos | the tree |
 //!
-//! So the grid is for `neighbours_within` alone. If you never call that, there is none; if your crowd is of one size, you
+//! So the grid is for `neighbours_within` alone. If you never call that, nor draw its cells, there is none; if your crowd is of one size, you
 //! may give that as its [`CellSize`](crate::spatial::uniform_grid::CellSize).
 //!
 //! ```

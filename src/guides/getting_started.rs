@@ -127,7 +127,7 @@
 //!
 //! It answers as of the last `PostUpdate`: what has been spawned or moved since is not yet found where it is now. A
 //! system in `PostUpdate`, after [`SpatialIndexSystems::Sync`](crate::index::SpatialIndexSystems::Sync), sees this
-//! frame. By default everything is found that is not hidden, on screen or not: see
+//! frame. By default everything is found that is not hidden, on screen or not, and of levels of detail the finest: see
 //! [`QueryVisibility`](crate::index::QueryVisibility) for the other ways.
 //!
 //! # Which plugins there are
@@ -147,8 +147,11 @@
 //! `SightlineInspectorPlugin` (feature `inspector`), and
 //! [`LevelVariantsPlugin`](crate::lod::LevelVariantsPlugin), one for each type of material.
 //!
-//! Each works by itself, and adds `SpatialIndexPlugin` if it needs it; two go together: levels that are entities, and
-//! occlusion, need `ViewCullingPlugin`. So take single ones, or the group without some:
+//! Each adds those by itself without which it does nothing: `SpatialIndexPlugin`, and for what makes levels
+//! `ProxyLodPlugin`. Levels that are entities, occlusion, `VisibleSet` and `VisibilityReasons` need
+//! `ViewCullingPlugin`: to have Bevy cull, leave it in, and set
+//! [`ViewCullingSettings::enabled`](crate::culling::ViewCullingSettings::enabled) to false. So take single ones, or the
+//! group without some:
 //!
 //! ```no_run
 //! # use bevy::prelude::*;
@@ -156,12 +159,12 @@
 //! // Picking and queries alone.
 //! App::new().add_plugins((DefaultPlugins, SpatialPickingPlugin));
 //!
-//! // All, but views are culled by Bevy.
-//! App::new().add_plugins((DefaultPlugins, SightlinePlugins.build().disable::<ViewCullingPlugin>()));
+//! // All but what hides.
+//! App::new().add_plugins((DefaultPlugins, SightlinePlugins.build().disable::<OcclusionPlugin>()));
 //! ```
 //!
-//! Do not add one twice, nor one beside the group: Bevy panics and names it. `SpatialIndexPlugin` and
-//! `SightlineDiagnosticsPlugin` may be added by whoever needs them.
+//! Do not add one twice, nor one beside the group: Bevy panics and names it. `SpatialIndexPlugin`,
+//! `ProxyLodPlugin` and `SightlineDiagnosticsPlugin` may be added by whoever needs them.
 //!
 //! # See what it does
 //!

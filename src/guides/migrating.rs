@@ -159,7 +159,7 @@
 //! | HLOD: one range for the whole, and others on each part | a level lists the roots of other groups: see below |
 //! | 32 views, cameras and shadow origins together | any number |
 //! | – | shadows may be cast by coarser levels: [`LodSettings::shadow_bias`](crate::lod::LodSettings::shadow_bias) |
-//! | rays hit what is drawn | rays hit the finest level, or with [`LodHits::Shown`] what is drawn |
+//! | rays hit what is drawn | rays hit the finest level, or with [`LodHits::Shown`] and [`QueryVisibility::VisibleInView`] what is drawn; pointers need only the first |
 //! | something that is shown only *beyond* some distance, with nothing before | keep the `VisibilityRange`: it is respected |
 //!
 //! Thresholds by distance are wrong as soon as the player zooms. [`LodMetric::Height`] and [`LodMetric::PixelError`]
@@ -195,5 +195,6 @@
 //! [`LodSettings::cross_fade`]: crate::lod::LodSettings::cross_fade
 //! [`LodSettings::hysteresis`]: crate::lod::LodSettings::hysteresis
 //! [`LodHits::Shown`]: crate::lod::LodHits::Shown
+//! [`QueryVisibility::VisibleInView`]: crate::index::QueryVisibility::VisibleInView
 //! [`LodMetric::Height`]: crate::lod::LodMetric::Height
 //! [`LodMetric::PixelError`]: crate::lod::LodMetric::PixelError

@@ -34,7 +34,7 @@
 //! | Its faces look away: a plane from behind, a sphere from inside | [`RayCastBackfaces`], or [`SceneQuerySettings::with_backfaces`] |
 //! | It has neither a mesh nor a [`PickShape`]: lights, empty parents, what only a shader draws | give it a `PickShape` |
 //! | It was spawned in this frame | it is there after the next `PostUpdate` |
-//! | It is a sprite | feature `sprite` |
+//! | It is a sprite | feature `sprite`, and `SpriteIndexPlugin`, which is one of the `SightlinePlugins` |
 //! | The pointer's ray asks for what is in view, and no camera sees it | `MeshPickingSettings::ray_cast_visibility` |
 //! | Its data are NaN or infinite | it is among [`SpatialIndex::refused`], with a [warning](#warnings) |
 //!
@@ -54,7 +54,8 @@
 //! - **A ray finds what is far off the screen, or its own caster:** the default is
 //!   [`QueryVisibility::Visible`], in view or not; leave the caster out with [`SceneQuerySettings::excluding`].
 //! - **A far object is hit by details that are not drawn:** rays hit the finest level, whichever is shown; ask for
-//!   [`LodHits::Shown`].
+//!   [`LodHits::Shown`]. Pointers need no more; rays of your own at levels that are entities ask for
+//!   [`QueryVisibility::VisibleInView`] too, or they hit all levels, shown or not.
 //! - **A box query finds too much:** [`overlap`](crate::index::SceneQuery::overlap), sweeps and neighbours know world
 //!   boxes and not meshes; [`touching_meshes`](crate::index::SceneQuery::touching_meshes) knows triangles.
 //!
@@ -156,10 +157,11 @@
 //! | `to the camera {camera} nothing is hidden: depth is not reversed, its near plane is very oblique, or its place is NaN or infinite` | Occlusion is off for this camera: look at its `Projection`, if that is one of your own, and at its transform |
 //! | `{name} ({entity}) does not occlude: {why}` | It has an `Occluder` and hides nothing: it is skinned or morphed (`Occluder::Box` and `Proxy` work), or its `GlobalTransform` or `Aabb` is not finite |
 //! | `the mesh {id} of {name} ({entity}) does not occlude: {why}` | For `Auto` it must be closed, not inside out, and thick enough for a box inside: mend it, or take another kind of `Occluder`. For all kinds it needs triangles, as for rays |
-//! | `the levels of detail of {name} ({entity}) are not shown as they should be: {why}` | Its [`ProxyLod`] makes no sense as a whole. By `{why}`: too many levels; meshes and entities mixed; `Nothing` before the end; thresholds that are NaN, negative or out of order (they fall for `Height` and rise for `Distance`); a bias that is no positive number; an entity that is part of two groups; a group that is part of itself |
+//! | `the levels of detail of {name} ({entity}) are not shown as they should be: {why}` | Its [`ProxyLod`] makes no sense as a whole. By `{why}`: more than eight levels; meshes and entities mixed; `Nothing` before the end; thresholds that are NaN, negative or out of order (they fall for `Height` and rise for `Distance`); a bias that is no positive number; an entity that is part of two groups; a group that is part of itself |
 //! | `for the camera {camera} all is shown in full detail: its place, its projection or a bias is no good` | A transform that is not finite, a degenerate projection, or a [`LodBias`], [`LodSettings::bias`] that is no positive number |
 //! | `a level of detail of {entity} cannot be loaded from {path}, and others stand in for it: {error}` | The path of a [`LodContent::Streamed`] names no mesh that can be loaded: it wants a label, as in `"oak.glb#Mesh0/Primitive0"` |
 //! | `there are no proxies for the mesh of {entity}: {why}` | `AutoProxy` (feature `simplify`): the mesh has no triangles, attributes of different lengths, or is too large; a target is NaN or negative; or it could not be loaded. It is shown as it is |
+//! | `the proxy of the block {root} has no material, and no other will have one: …` | `ClusterProxy`: from afar nothing is drawn in place of the block. Say which materials proxies keep: `SightlinePlugins.set(AutoProxyPlugin::default().with_material::<MeshMaterial3d<StandardMaterial>>())` |
 //! | `there is no proxy for the block {root}: {why}` | `ClusterProxy` (feature `simplify`): the same of its parts, or they have attributes of a format that cannot be merged. The parts stay |
 //!
 //! What stops the app at its start: a plugin that is added twice, or beside the group that it is in, is named by Bevy;
@@ -173,6 +175,7 @@
 //! [`SpatialIndexSystems::Sync`]: crate::index::SpatialIndexSystems::Sync
 //! [`HitSurface`]: crate::index::HitSurface
 //! [`QueryVisibility::Visible`]: crate::index::QueryVisibility::Visible
+//! [`QueryVisibility::VisibleInView`]: crate::index::QueryVisibility::VisibleInView
 //! [`SceneQuery::trace_ray`]: crate::index::SceneQuery::trace_ray
 //! [`SceneQuerySettings::filter`]: crate::index::SceneQuerySettings::filter
 //! [`SceneQuerySettings::excluding`]: crate::index::SceneQuerySettings::excluding

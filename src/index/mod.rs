@@ -1,5 +1,5 @@
-//! The index: one leaf per entity in an [`AabbTree`](crate::spatial::AabbTree) and in a
-//! [`UniformGrid`](crate::spatial::UniformGrid), kept in step with the world.
+//! The index: one leaf per entity in an [`AabbTree`](crate::spatial::AabbTree), and in a
+//! [`UniformGrid`](crate::spatial::UniformGrid) while that is asked for, kept in step with the world.
 //!
 //! [`SpatialIndexPlugin`] keeps the [`SpatialIndex`] as of the last `PostUpdate`; [`SceneQuery`] asks it.
 //!
@@ -7,8 +7,9 @@
 //!
 //! Every entity with a `GlobalTransform` and bounds, unless it has [`NoSpatialIndex`] or is `Disabled` (other disabling
 //! components are not followed, but what they disable is not found). Its bounds are
-//! its `Aabb`, which Bevy computes for whatever it draws, with the box of its [`PickShape`]; an entity that has a mesh and
-//! no `Aabb` (`NoFrustumCulling`, `NoAutoAabb`) gets the box of its mesh.
+//! its `Aabb`, which Bevy computes for whatever it draws, with the box of its [`PickShape`], of its [`SimplifiedMesh`] or of
+//! the volume that is hit in place of its mesh; an entity that has a mesh and no `Aabb` (`NoFrustumCulling`, `NoAutoAabb`)
+//! gets the box of its mesh.
 //!
 //! # What a ray hits
 //!

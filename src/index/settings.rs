@@ -72,7 +72,8 @@ impl Default for MeshSettings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum QueryVisibility {
-    /// All, hidden ones too.
+    /// All, hidden ones too, but for the coarser levels of a [`ProxyLod`](crate::lod::ProxyLod) for which the
+    /// [finest one stands](crate::lod::LodHits).
     Any,
     /// Those that are not hidden, by their own `Visibility` or an ancestor's. Does not depend on cameras, and so is
     /// the same on a server.
@@ -85,7 +86,7 @@ pub enum QueryVisibility {
 
 /// Which entities a [`SceneQuery`](super::SceneQuery) considers, and how far it looks.
 ///
-/// By default everything that is not hidden, without limit.
+/// By default everything that is not hidden, without limit; of levels of detail the finest, whichever is shown.
 ///
 /// ```
 /// # use bevy::{camera::visibility::RenderLayers, prelude::*};

@@ -25,7 +25,7 @@ pub struct RayTrace {
 pub struct EntityTrace {
     /// The entity.
     pub entity: Entity,
-    /// Where the ray enters its box.
+    /// The distance at which the ray enters its box, in world units.
     pub entered_at: f32,
     /// What was held against the ray.
     pub test: EntityTest,

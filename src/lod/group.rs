@@ -38,7 +38,8 @@ use bevy::{
 #[reflect(Component, Default, MapEntities, Debug, Clone, PartialEq)]
 #[component(map_entities)]
 pub struct ProxyLod {
-    /// The levels, from finest to coarsest.
+    /// The levels, from finest to coarsest: at most eight, with one that shows nothing. Those after are left out, with a
+    /// warning.
     pub levels: Vec<LodLevel>,
     /// What decides between them.
     pub metric: LodMetric,
@@ -115,8 +116,9 @@ pub enum LodHits {
     /// The finest level, whichever is shown.
     #[default]
     Finest,
-    /// What is shown: by the pointer, what its camera shows; by other rays, what any camera shows, if they ask for what is
-    /// [visible in view](crate::index::QueryVisibility::VisibleInView).
+    /// What is shown. Pointers hit what their cameras show. Other rays hit, where levels are entities, what any camera shows
+    /// if they ask for what is [visible in view](crate::index::QueryVisibility::VisibleInView), and else all levels, as all
+    /// other queries do; where meshes are swapped, the mesh that is there.
     Shown,
 }
 

@@ -120,7 +120,8 @@ pub struct LodSwapped {
     pub to: usize,
 }
 
-/// Chooses between the levels of [`ProxyLod`]s: see [`lod`](self). Adds [`SpatialIndexPlugin`] by itself.
+/// Chooses between the levels of [`ProxyLod`]s: see [`lod`](self). Adds [`SpatialIndexPlugin`] by itself. Adding it again
+/// does nothing, so that whatever makes levels may add it.
 ///
 /// Levels that are entities need the [`ViewCullingPlugin`](crate::culling::ViewCullingPlugin), which leaves those out of
 /// views that these do not show.
@@ -129,6 +130,9 @@ pub struct ProxyLodPlugin;
 
 impl Plugin for ProxyLodPlugin {
     fn build(&self, app: &mut App) {
+        if app.is_plugin_added::<Self>() {
+            return;
+        }
         app.add_plugins(SpatialIndexPlugin)
             .init_resource::<LodChoices>()
             .init_resource::<LodSettings>()
@@ -179,6 +183,10 @@ impl Plugin for ProxyLodPlugin {
                         .in_set(LodSystems::Choose),
                 ),
             );
+    }
+
+    fn is_unique(&self) -> bool {
+        false
     }
 }
 

@@ -18,7 +18,7 @@ use bevy::{
     reflect::Reflect,
 };
 
-use super::{LodChoices, LodSwapped, LodSystems, ProxyLod};
+use super::{LodChoices, LodSwapped, LodSystems, ProxyLod, ProxyLodPlugin};
 
 /// What an entity has as its `C` by the level that it shows, beside a [`ProxyLod`] whose meshes are swapped: for level after
 /// level, of which those that are not listed have the last. Needs the [`LevelVariantsPlugin`] of the same type.
@@ -42,7 +42,7 @@ use super::{LodChoices, LodSwapped, LodSystems, ProxyLod};
 #[reflect(Component, Clone)]
 pub struct LevelVariants<C: Component + Clone>(pub Vec<C>);
 
-/// Gives entities with [`LevelVariants`] those of the level that they show.
+/// Gives entities with [`LevelVariants`] those of the level that they show. Adds [`ProxyLodPlugin`] by itself.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelVariantsPlugin<C>(PhantomData<C>);
 
@@ -54,12 +54,14 @@ impl<C> Default for LevelVariantsPlugin<C> {
 
 impl<C: Component + Clone> Plugin for LevelVariantsPlugin<C> {
     fn build(&self, app: &mut App) {
-        app.add_observer(swap_variant::<C>).add_systems(
-            PostUpdate,
-            begin_with_variants::<C>
-                .after(LodSystems::Choose)
-                .before(VisibilitySystems::CheckVisibility),
-        );
+        app.add_plugins(ProxyLodPlugin)
+            .add_observer(swap_variant::<C>)
+            .add_systems(
+                PostUpdate,
+                begin_with_variants::<C>
+                    .after(LodSystems::Choose)
+                    .before(VisibilitySystems::CheckVisibility),
+            );
     }
 }
 

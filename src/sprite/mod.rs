@@ -26,7 +26,7 @@
 //!
 //! # Differences from Bevy's own backend
 //!
-//! `SpatialPickingPlugin` takes Bevy's `sprite_picking` out of the schedule, which goes through all sprites for every
+//! [`SpriteIndexPlugin`], beside `SpatialPickingPlugin`, takes Bevy's `sprite_picking` out of the schedule, which goes through all sprites for every
 //! pointer, and answers in its place. Where Bevy's own answers differ:
 //!
 //! - It looks at sprites with a `Pickable` only. Here all are picked, as meshes are, unless

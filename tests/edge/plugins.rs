@@ -6,6 +6,7 @@ use bevy::{
     app::{PluginGroupBuilder, Plugins},
     camera::CameraPlugin,
     diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore},
+    ecs::system::RunSystemOnce,
     gizmos::GizmoPlugin,
     image::ImagePlugin,
     input::InputPlugin,
@@ -145,7 +146,6 @@ fn any_other_plugin_that_is_added_twice_is_named_by_a_panic() {
         );
     }
     check::<OcclusionPlugin>();
-    check::<ProxyLodPlugin>();
     check::<SightlineGizmosPlugin>();
     check::<SpatialPickingPlugin>();
     check::<ViewCullingPlugin>();
@@ -169,6 +169,28 @@ fn the_group_twice_or_with_a_plugin_of_its_own_is_named_by_a_panic() {
         one_more.contains("SpatialPickingPlugin") && one_more.contains("already added"),
         "{one_more}"
     );
+}
+
+#[test]
+fn levels_may_be_added_again_by_whatever_makes_them() {
+    let mut app = App::new();
+    app.add_plugins(MinimalPlugins);
+    assert_eq!(complaint(&mut app, LevelVariantsPlugin::<Name>::default()), None);
+    assert!(app.is_plugin_added::<ProxyLodPlugin>());
+    assert_eq!(complaint(&mut app, SightlinePlugins), None);
+    assert_eq!(complaint(&mut app, ProxyLodPlugin), None);
+}
+
+#[test]
+fn without_the_culling_of_views_there_are_no_reasons_and_no_panic() {
+    let mut app = App::new();
+    app.add_plugins((Bevys, SpatialPickingPlugin));
+    let mut app = started(app);
+    let camera = app.world_mut().spawn(Camera3d::default()).id();
+    let cube = spawn_cube(&mut app, Vec3::NEG_Z * 5.0);
+    app.update();
+    let ask = move |reasons: VisibilityReasons| reasons.of(cube, camera);
+    assert_eq!(app.world_mut().run_system_once(ask).ok(), Some(None));
 }
 
 #[test]

@@ -8,7 +8,7 @@
 //! | switch | draws | in the colour of |
 //! |---|---|---|
 //! | `nodes` | the nodes of the tree, between the depths that are asked for | their depth |
-//! | `cells` | the cells of the grid that hold something, if a [grid](crate::index::SpatialIndexSettings::grid) is kept | their level |
+//! | `cells` | the cells of the grid that hold something; a grid is kept while this is on, unless the [settings](crate::index::SpatialIndexSettings::grid) have none | their level |
 //! | `leaves` | the world box of every entity | |
 //! | `volumes` | a bounding volume of this kind around every mesh, where it stands | |
 //! | `frusta` | what every active camera sees | |

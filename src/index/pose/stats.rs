@@ -7,6 +7,8 @@ use std::{
 
 /// What was posed for rays that came near, since the program began: see
 /// [`PosedMeshes::stats`](super::PosedMeshes::stats). The difference of two is what was posed between them.
+///
+/// Not reflected: [`SyncStats`](crate::index::SyncStats) has what was posed in the last frame, and is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PosingStats {

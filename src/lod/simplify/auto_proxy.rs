@@ -35,7 +35,7 @@ use crate::lod::ProxyLod;
 #[derive(Component, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct AutoProxy {
-    /// A level for each, in any order. One that is not worth its memory is left out: see
+    /// A level for each, in any order; at most seven, for a [`ProxyLod`](crate::lod::ProxyLod) has eight with the original. One that is not worth its memory is left out: see
     /// [`MeshChain::build`](super::MeshChain::build).
     pub levels: Vec<SimplifyTarget>,
     /// Whether vertices at open edges stay, so that neighbours that share them still fit.

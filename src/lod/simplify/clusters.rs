@@ -37,10 +37,15 @@ use crate::{
     spatial::BuildProgress,
 };
 
+/// To get proxies that are drawn.
+const HOW: &str = "name their types by AutoProxyPlugin::with_material";
+
 /// The blocks that have a [`ClusterProxy`].
 #[derive(Resource, Default)]
 pub(super) struct ClusterProxies {
     clusters: EntityHashMap<Cluster>,
+    /// Whether it was said that proxies have no materials.
+    has_warned: bool,
 }
 
 #[derive(Default)]
@@ -136,9 +141,10 @@ pub(super) fn clusters_are_pending(clusters: Res<ClusterProxies>) -> bool {
 pub(super) fn make_clusters(world: &mut World) {
     let phase = phase!("sightline/simplify/make");
     world.resource_scope(|world, mut clusters: Mut<ClusterProxies>| {
+        let ClusterProxies { clusters, has_warned } = &mut *clusters;
         let is_making = |cluster: &&Cluster| matches!(cluster.state, State::Making { .. });
-        let mut free = most_jobs().saturating_sub(clusters.clusters.values().filter(is_making).count());
-        for (&root, cluster) in &mut clusters.clusters {
+        let mut free = most_jobs().saturating_sub(clusters.values().filter(is_making).count());
+        for (&root, cluster) in clusters {
             match &mut cluster.state {
                 State::Waiting { .. } if free > 0 => {
                     cluster.begin(root, world);
@@ -147,6 +153,9 @@ pub(super) fn make_clusters(world: &mut World) {
                 State::Making { job, .. } => {
                     if let Some(made) = job.take_made() {
                         cluster.finish(root, made, world);
+                        if world.resource::<ClusterMaterials>().is_empty() && !std::mem::replace(has_warned, true) {
+                            warn!("the proxy of the block {root} has no material, and no other will have one: {HOW}");
+                        }
                     }
                 }
                 _ => {}

@@ -45,6 +45,11 @@ impl ClusterMaterials {
         }
     }
 
+    /// Whether proxies get nothing of their parts, and so nothing that they could be drawn with.
+    pub(super) fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
     /// Whether two parts may become one mesh.
     pub(super) fn are_same(&self, a: EntityRef, b: EntityRef) -> bool {
         self.kinds.iter().all(|kind| (kind.is_same)(a, b))

@@ -66,7 +66,7 @@ use bevy::{
     mesh::Mesh,
 };
 
-use super::LodSystems;
+use super::{LodSystems, ProxyLodPlugin};
 use clusters::ClusterProxies;
 use proxies::AutoProxies;
 
@@ -77,7 +77,7 @@ pub enum AutoProxySystems {
     Make,
 }
 
-/// Makes proxies for [`AutoProxy`] and [`ClusterProxy`].
+/// Makes proxies for [`AutoProxy`] and [`ClusterProxy`]. Adds [`ProxyLodPlugin`] by itself.
 ///
 /// Costs nothing where there are none of these. Does nothing without `Assets<Mesh>`.
 #[derive(Clone, Debug, Default)]
@@ -109,7 +109,8 @@ impl AutoProxyPlugin {
 
 impl Plugin for AutoProxyPlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(self.materials.clone())
+        app.add_plugins(ProxyLodPlugin)
+            .insert_resource(self.materials.clone())
             .init_resource::<AutoProxies>()
             .init_resource::<ClusterProxies>()
             .init_resource::<ProxyProgress>()
