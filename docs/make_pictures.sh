@@ -45,7 +45,7 @@ marquee() {
     keep $out/marquee.png marquee -colors 256
 }
 culling() {
-    example culling -- --play "wait 90; shot $out/culling.png"
+    example culling -- --play "wait 30; shot $out/culling.png"
     keep $out/culling.png culling -colors 256
 }
 occlusion() {

@@ -539,3 +539,28 @@ fn a_mesh_that_is_dropped_while_it_is_built_is_built_no_more() {
     world.frames(GRACE + 2);
     assert_eq!((world.status(), world.bvhs().building()), (None, 0));
 }
+
+#[test]
+fn while_the_index_is_paused_meshes_are_hit_as_they_were() {
+    #[derive(Resource)]
+    struct IsOn(bool);
+
+    let mut app = headless_app();
+    app.insert_resource(IsOn(true))
+        .configure_sets(PostUpdate, SpatialIndexSystems::Sync.run_if(|is_on: Res<IsOn>| is_on.0));
+    let mesh = add_mesh(&mut app, Cuboid::default());
+    app.world_mut().spawn((Mesh3d(mesh.clone()), Transform::default()));
+    settle(&mut app);
+    let near_face = |app: &mut App| cast(app, Ray3d::new(Vec3::Z * 100.0, Dir3::NEG_Z)).map(|hit| hit.position.z);
+    assert_eq!(near_face(&mut app), Some(0.5));
+    app.world_mut().resource_mut::<IsOn>().0 = false;
+    let flat = Cuboid::new(1.0, 1.0, 0.25).into();
+    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+    meshes.insert(&mesh, flat).expect("an asset that is there");
+    app.update();
+    app.update();
+    assert_eq!(near_face(&mut app), Some(0.5));
+    app.world_mut().resource_mut::<IsOn>().0 = true;
+    app.update();
+    assert_eq!(near_face(&mut app), Some(0.125));
+}

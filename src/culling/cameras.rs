@@ -73,10 +73,6 @@ pub(super) fn find_visible(
         turnover,
         ..
     } = &mut *culling;
-    // What was found and never written.
-    for Looking { camera, view, .. } in looking.drain(..) {
-        views.insert(ViewKey::Camera(camera), view);
-    }
     for (camera, _, frustum, layers, settings, sees_everywhere, occlusion) in &cameras {
         if settings.is_active {
             let viewpoint = occlusion.and_then(|(occlusion, place, projection)| {
@@ -205,11 +201,11 @@ pub(super) fn write_visible(
         stats.entered += come(&view.changes).count();
         stats.left += gone(&view.changes).count();
         if let Ok((mut visible, set, reports)) = cameras.get_mut(camera) {
-            if let Some(set) = set {
-                VisibleSet::write(set, &view, candidates, &mut lists.buffer);
-            }
-            if reports {
-                report(camera, &view, entities, &mut commands);
+            if let Some(mut set) = set {
+                VisibleSet::write(set.reborrow(), &view, candidates, &mut lists.buffer);
+                if reports {
+                    report(camera, &set, entities, &mut commands);
+                }
             }
             lists.write(&mut view, candidates, &mut visible);
         }
@@ -223,14 +219,12 @@ pub(super) fn write_visible(
 }
 
 /// Tells the observers of what has come into view and gone out of it.
-fn report(view: Entity, changes: &View, entities: &Entities, commands: &mut Commands) {
-    for change in &changes.changes {
-        let entity = change.entity;
-        if change.has_come() {
-            commands.trigger(EnteredView { entity, view });
-        } else if change.has_gone() && entities.contains(entity) {
-            commands.trigger(LeftView { entity, view });
-        }
+fn report(view: Entity, set: &VisibleSet, entities: &Entities, commands: &mut Commands) {
+    for &entity in set.entered() {
+        commands.trigger(EnteredView { entity, view });
+    }
+    for &entity in set.left().iter().filter(|&&entity| entities.contains(entity)) {
+        commands.trigger(LeftView { entity, view });
     }
 }
 

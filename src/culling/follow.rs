@@ -48,6 +48,7 @@ type Watched = (
     Option<Ref<'static, NoOcclusionCulling>>,
     Option<Ref<'static, NotShadowCaster>>,
     Option<Ref<'static, DirectionalLight>>,
+    Option<Ref<'static, RenderLayers>>,
 );
 
 /// The same one by one: something has changed.
@@ -76,6 +77,9 @@ type Unbounded = (
 pub(super) struct Changes<'w, 's> {
     watched: Query<'w, 's, Watched>,
     watched_changed: Query<'w, 's, Entity, (With<InheritedVisibility>, WatchedChanged)>,
+    /// What the index looks at, if it does.
+    shown_changed: Query<'w, 's, Entity, Or<(Changed<InheritedVisibility>, Changed<RenderLayers>)>>,
+    layers: RemovedComponents<'w, 's, RenderLayers>,
     unbounded: Query<
         'w,
         's,
@@ -116,13 +120,24 @@ pub(super) struct Changes<'w, 's> {
 }
 
 impl Changes<'_, '_> {
-    /// Finds what may be seen otherwise than before.
-    fn find_dirty(&self, dirty: &mut Vec<Entity>) {
+    /// Finds what may be seen otherwise than before, also that of which the index tells if it is current.
+    fn find_dirty(&self, index_is_current: bool, dirty: &mut Vec<Entity>) {
         match self.watched.contiguous_iter() {
             Ok(tables) => {
-                for (entities, inherited, classes, sphere, range, never_culled, never_hidden, casts_no_shadow, light) in
-                    tables
+                for (
+                    entities,
+                    inherited,
+                    classes,
+                    sphere,
+                    range,
+                    never_culled,
+                    never_hidden,
+                    casts_no_shadow,
+                    light,
+                    layers,
+                ) in tables
                 {
+                    let since = Since::last_read(&inherited);
                     let columns = [
                         changed(classes),
                         added(sphere),
@@ -131,12 +146,19 @@ impl Changes<'_, '_> {
                         added(never_hidden),
                         added(casts_no_shadow),
                         added(light),
+                        changed(Some(inherited).filter(|_| !index_is_current)),
+                        changed(layers.filter(|_| !index_is_current)),
                     ];
-                    collect(entities, Since::last_read(&inherited), columns, dirty);
+                    collect(entities, since, columns, dirty);
                 }
             }
             // Something decides which entities are disabled that is not stored in tables.
-            Err(_) => dirty.extend(&self.watched_changed),
+            Err(_) => {
+                dirty.extend(&self.watched_changed);
+                if !index_is_current {
+                    dirty.extend(&self.shown_changed);
+                }
+            }
         }
         match self.unbounded.contiguous_iter() {
             Ok(tables) => {
@@ -164,7 +186,7 @@ impl Changes<'_, '_> {
     }
 
     /// Finds all of it, some of it several times.
-    fn find(&mut self, found: &mut Found) {
+    fn find(&mut self, index_is_current: bool, found: &mut Found) {
         let Found {
             dirty,
             marked,
@@ -176,11 +198,11 @@ impl Changes<'_, '_> {
         let pool = ComputeTaskPool::get_or_init(TaskPool::default);
         let this = &*self;
         if this.marks.iter().len() < LEAST_SHARED || pool.thread_num() <= 1 {
-            this.find_dirty(dirty);
+            this.find_dirty(index_is_current, dirty);
             this.find_marked(marked);
         } else {
             pool.scope(|scope| {
-                scope.spawn(async { this.find_dirty(dirty) });
+                scope.spawn(async { this.find_dirty(index_is_current, dirty) });
                 scope.spawn(async { this.find_marked(marked) });
             });
         }
@@ -195,6 +217,8 @@ impl Changes<'_, '_> {
                 .chain(self.casts_no_shadow.read())
                 .chain(self.directional_light.read()),
         );
+        let off_layers = self.layers.read().filter(|_| !index_is_current);
+        dirty.extend(off_layers);
         // Their marks come back as they were left.
         let back = dirty.len();
         dirty.extend(self.left_to_gpu.read().chain(self.disabled.read()));
@@ -240,7 +264,7 @@ pub(super) fn follow_candidates(
     culling.syncs = syncs;
     culling.candidates.begin_frame();
 
-    world.p0().find(&mut found);
+    world.p0().find(culling.index_is_current, &mut found);
     let Found {
         dirty,
         marked,
@@ -252,15 +276,20 @@ pub(super) fn follow_candidates(
     }
     let lods = lods.as_deref();
     dirty.extend_from_slice(lods.map_or(&[], LodChoices::reassigned));
-    if !has_missed_some {
+    if has_missed_some {
+        dirty.clear();
+    } else {
         for entity in dirty.drain(..) {
             culling
                 .candidates
                 .refresh(entity, seeables.get(entity).ok(), &index, lods);
         }
     }
+    // What was found and never written is found anew, with who else was there meanwhile.
+    let has_unwritten = culling.has_unwritten();
+    culling.frame += 1;
     // Entities may come and go in ways of which nothing tells: by a component that disables them.
-    if has_missed_some || culling.candidates.len() != seeables.iter().len() {
+    if has_missed_some || has_unwritten || culling.candidates.len() != seeables.iter().len() {
         culling.forget();
         for seen in &seeables {
             culling.candidates.refresh(seen.entity, Some(seen), &index, lods);

@@ -162,14 +162,13 @@ impl Plugin for SpatialIndexPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    sync::follow_entities.in_set(SpatialIndexSystems::Sync),
-                    // Beside what the rest of that waits for.
                     sync::follow_mesh_assets
                         .run_if(resource_exists::<Assets<Mesh>>)
-                        .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>)
-                        .after(AssetEventSystems)
-                        .before(SpatialIndexSystems::Sync),
-                ),
+                        .run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
+                    sync::follow_entities,
+                )
+                    .chain()
+                    .in_set(SpatialIndexSystems::Sync),
             )
             .add_systems(
                 PostUpdate,

@@ -16,12 +16,13 @@ use super::{
     groups::{Contents, GroupId},
     place::Change,
 };
-use crate::phase::phase;
+use crate::{index::SpatialIndex, phase::phase};
 
 /// Notes which levels of groups that have come or changed lack meshes, and of which these have been loaded.
 pub(super) fn await_meshes(
     assets: Option<Res<Assets<Mesh>>>,
     mut events: MessageReader<AssetEvent<Mesh>>,
+    index: Res<SpatialIndex>,
     meshes: Query<&Mesh3d>,
     mut choices: ResMut<LodChoices>,
     mut stats: ResMut<LodStats>,
@@ -48,6 +49,11 @@ pub(super) fn await_meshes(
             .iter()
             .filter(|&&id| pending.has(id, Change::Restructured)),
     );
+    // Those that were given other meshes.
+    let changed = index.reconciled().iter().filter(|&&entity| meshes.contains(entity));
+    due.extend(changed.filter_map(|&entity| Some(groups.of_member(entity)?.group)));
+    due.sort_unstable();
+    due.dedup();
     for id in due.drain(..) {
         let Some(group) = groups.get(id) else {
             continue;

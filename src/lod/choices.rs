@@ -146,6 +146,10 @@ impl LodChoices {
         &self.reassigned
     }
 
+    pub(super) fn has_groups(&self) -> bool {
+        self.groups.len() > 0
+    }
+
     /// Whether a group has changed since meshes were last swapped.
     pub(super) fn has_pending(&self) -> bool {
         !self.pending.ids().is_empty()

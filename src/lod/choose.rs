@@ -89,6 +89,7 @@ pub(super) fn choose_levels(
             groups.loosen(root, pending);
         }
     }
+    choices.groups.loosen_unindexed(&choices.pending, &index);
     choices.groups.place(&mut choices.pending, &places);
 
     choices.shadows_follow_cameras = shadow_bias(eyes.settings()) == 1.0;

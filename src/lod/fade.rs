@@ -78,7 +78,12 @@ pub(super) fn cross_fade(
     mut commands: Commands,
 ) {
     let _phase = phase!("sightline/lod/choose").adds_to(&mut stats.choose);
-    let LodChoices { groups, views, .. } = choices.bypass_change_detection();
+    let LodChoices {
+        groups,
+        views,
+        versions,
+        ..
+    } = choices.bypass_change_detection();
     let fades = &mut fades.bypass_change_detection().fades;
     let now = time.map_or(Duration::ZERO, |time| time.elapsed());
     let mut cameras = views.keys().filter(|view| matches!(view, LodView::Camera(_)));
@@ -96,7 +101,7 @@ pub(super) fn cross_fade(
         if !goes_on {
             released.extend(fade.members.iter().map(|&(member, _)| member));
             if let Some(levels) = levels {
-                levels.end_fade(fade.group);
+                levels.end_fade(fade.group, groups, versions);
             }
         }
         goes_on

@@ -94,7 +94,7 @@ use bevy::{
 use fade::Fades;
 use streaming::StreamedMeshes;
 
-use crate::index::{SpatialIndexPlugin, SpatialIndexSystems};
+use crate::index::{SpatialIndex, SpatialIndexPlugin, SpatialIndexSystems};
 
 /// When levels are chosen; all in `PostUpdate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
@@ -191,8 +191,15 @@ impl Plugin for ProxyLodPlugin {
 }
 
 /// Whether a mesh, or a group, may have changed.
-fn has_news_of_meshes(events: Option<Res<Messages<AssetEvent<Mesh>>>>, choices: Res<LodChoices>) -> bool {
-    events.is_some_and(|events| !events.is_empty() || choices.has_pending())
+fn has_news_of_meshes(
+    events: Option<Res<Messages<AssetEvent<Mesh>>>>,
+    choices: Res<LodChoices>,
+    index: Res<SpatialIndex>,
+) -> bool {
+    let is_other = |events: &Messages<_>| {
+        !events.is_empty() || choices.has_pending() || choices.has_groups() && !index.reconciled().is_empty()
+    };
+    events.is_some_and(|events| is_other(&events))
 }
 
 fn has_pending(choices: Res<LodChoices>) -> bool {

@@ -25,7 +25,7 @@ use super::{
 use crate::{
     geometry::volume::Volume,
     index::{
-        DetailLevel,
+        DetailLevel, SpatialIndex,
         ticks::{Since, changed, ones},
     },
 };
@@ -182,6 +182,19 @@ impl Groups {
         if let Some(id) = self.of_root(root) {
             self.set_loose(id);
             pending.note(id, Change::Resized);
+        }
+    }
+
+    /// The same of groups of which nothing is in the index, as of lamps: how they move, that does not tell.
+    pub fn loosen_unindexed(&mut self, pending: &Pending, index: &SpatialIndex) {
+        for &id in pending.ids() {
+            let is_unindexed = |group: &Group| {
+                let mut all = group.members.iter().chain([&group.root]);
+                !all.any(|&entity| index.contains(entity))
+            };
+            if pending.has(id, Change::Restructured) && self.get(id).is_some_and(is_unindexed) {
+                self.set_loose(id);
+            }
         }
     }
 

@@ -129,8 +129,11 @@ impl ViewLevels {
         self.fading.insert(group, from);
     }
 
-    pub(super) fn end_fade(&mut self, group: GroupId) {
+    /// Shows but one level again, of whatever belongs to the group by now.
+    pub(super) fn end_fade(&mut self, group: GroupId, groups: &Groups, versions: &mut u64) {
         self.fading.remove(&group);
+        self.list_members_of(&[group], groups);
+        self.settle(false, versions);
     }
 
     /// From where it looks, if it has looked.

@@ -10,6 +10,7 @@ mod frusta;
 mod layers;
 mod lights;
 mod marks;
+mod paused;
 mod reports;
 mod settings;
 mod visibility;

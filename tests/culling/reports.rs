@@ -104,3 +104,19 @@ fn an_observer_may_despawn_what_it_hears_of() {
     assert!(app.world().get_entity(cube).is_err());
     assert_eq!(look(&mut app, camera), []);
 }
+
+#[test]
+fn a_camera_that_comes_back_reports_what_has_changed_meanwhile_and_nothing_else() {
+    let (mut app, camera) = reporting();
+    let [stays, goes] = [(); 2].map(|()| spawn_cube(&mut app));
+    app.update();
+    for is_active in [false, true] {
+        app.world_mut().get_mut::<Camera>(camera).expect("a camera").is_active = is_active;
+        insert(&mut app, goes, Visibility::Hidden);
+        app.world_mut().resource_mut::<Reports>().0.clear();
+        app.update();
+    }
+    let reports = &app.world().resource::<Reports>().0;
+    assert_eq!(*reports, [(false, goes, camera)]);
+    assert!(!reports.iter().any(|(_, entity, _)| *entity == stays));
+}

@@ -433,3 +433,23 @@ fn everything_is_finest_while_levels_are_switched_off() {
     settings(&mut app).enabled = true;
     assert_eq!(look(&mut app, camera, &statue), 2);
 }
+
+#[test]
+fn a_group_of_lamps_alone_is_followed_where_it_goes() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 5.0);
+    let root = spawn(&mut app, (Transform::from_xyz(0.0, 0.0, -100.0), Visibility::default()));
+    let lamp = spawn(&mut app, (PointLight::default(), ChildOf(root)));
+    let bounds = Aabb::from_min_max(Vec3::splat(-0.5), Vec3::splat(0.5));
+    let lod = ProxyLod::new(LodMetric::Distance, lamp)
+        .then_nothing(20.0)
+        .with_bounds(bounds);
+    insert(&mut app, root, lod);
+    for _ in 0..3 {
+        app.update();
+    }
+    assert_eq!(choices(&app).level(root, camera), Some(1));
+    insert(&mut app, root, Transform::default());
+    app.update();
+    assert_eq!(choices(&app).level(root, camera), Some(0));
+}

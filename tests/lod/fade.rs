@@ -176,3 +176,22 @@ fn what_has_a_range_of_its_own_switches_at_once() {
     assert_eq!(scene.seen(), [false, true]);
     assert!(scene.app.world().get::<VisibilityRange>(scene.levels[0]) == Some(&own));
 }
+
+#[test]
+fn what_joins_a_level_while_it_fades_out_goes_with_it() {
+    let mut scene = scene();
+    scene.move_camera_to(20.0);
+    let mesh = scene
+        .app
+        .world()
+        .get::<Mesh3d>(scene.levels[0])
+        .expect("a mesh")
+        .clone();
+    let late = scene.app.world_mut().spawn((mesh, ChildOf(scene.levels[0]))).id();
+    for _ in 0..7 {
+        scene.app.update();
+    }
+    assert_eq!(scene.seen(), [false, true]);
+    let seen = scene.app.world().get::<VisibleSet>(scene.camera).expect("a camera");
+    assert!(!seen.contains(late));
+}

@@ -272,3 +272,20 @@ fn another_level_stands_in_for_entities_whose_meshes_never_load() {
         assert!(lods.shows(camera, coarse) && !lods.shows(camera, fine));
     }
 }
+
+#[test]
+fn an_entity_that_is_given_a_mesh_that_is_there_is_shown_again() {
+    let mut app = app();
+    let [fine, coarse] = spawn_pair(&mut app, "nowhere.cube");
+    let camera = spawn_camera_at(&mut app, 5.0);
+    for _ in 0..5 {
+        app.update();
+    }
+    let loaded = app.world().get::<Mesh3d>(coarse).expect("a mesh").clone();
+    app.world_mut().entity_mut(fine).insert(loaded);
+    for _ in 0..3 {
+        app.update();
+    }
+    let lods = app.world().resource::<LodChoices>();
+    assert!(lods.shows(camera, fine) && !lods.shows(camera, coarse));
+}

@@ -220,13 +220,13 @@ pub(super) fn optimize(
     let phase = phase!("sightline/index/optimize");
     // What has not changed for queries has not changed for those who watch the index.
     let tree = index.bypass_change_detection().tree_mut();
-    if let Some(task) = &mut rebuilding.0 {
-        if let Some(rebuilt) = check_ready(task) {
-            tree.adopt(rebuilt);
-            rebuilding.0 = None;
-            stats.optimized = true;
-        }
-    } else if tree.is_degraded() {
+    if let Some(rebuilt) = rebuilding.0.as_mut().and_then(check_ready) {
+        tree.adopt(rebuilt);
+        rebuilding.0 = None;
+        stats.optimized = true;
+    }
+    // What has come while it was built may have worn it already, and nothing may change any more.
+    if rebuilding.0.is_none() && tree.is_degraded() {
         if tree.len() < LEAST_BESIDE {
             tree.rebuild();
             stats.optimized = true;
