@@ -73,6 +73,10 @@ pub(super) fn find_visible(
         turnover,
         ..
     } = &mut *culling;
+    // What was found and never written.
+    for Looking { camera, view, .. } in looking.drain(..) {
+        views.insert(ViewKey::Camera(camera), view);
+    }
     for (camera, _, frustum, layers, settings, sees_everywhere, occlusion) in &cameras {
         if settings.is_active {
             let viewpoint = occlusion.and_then(|(occlusion, place, projection)| {

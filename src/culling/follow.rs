@@ -276,20 +276,15 @@ pub(super) fn follow_candidates(
     }
     let lods = lods.as_deref();
     dirty.extend_from_slice(lods.map_or(&[], LodChoices::reassigned));
-    if has_missed_some {
-        dirty.clear();
-    } else {
+    if !has_missed_some {
         for entity in dirty.drain(..) {
             culling
                 .candidates
                 .refresh(entity, seeables.get(entity).ok(), &index, lods);
         }
     }
-    // What was found and never written is found anew, with who else was there meanwhile.
-    let has_unwritten = culling.has_unwritten();
-    culling.frame += 1;
     // Entities may come and go in ways of which nothing tells: by a component that disables them.
-    if has_missed_some || has_unwritten || culling.candidates.len() != seeables.iter().len() {
+    if has_missed_some || culling.candidates.len() != seeables.iter().len() {
         culling.forget();
         for seen in &seeables {
             culling.candidates.refresh(seen.entity, Some(seen), &index, lods);

@@ -136,7 +136,6 @@ pub(super) fn cull_lights(
     mut buffers: Local<Buffers>,
 ) {
     let phase = phase!("sightline/culling/lights");
-    culling.lights_frame = culling.frame;
     let ViewCulling {
         candidates,
         views,

@@ -224,9 +224,6 @@ struct ViewCulling {
     looking: Vec<Looking>,
     turnover: Turnover,
     marks: Marks,
-    /// Counts the frames in which was looked, and the last in which the views of lights were.
-    frame: u64,
-    lights_frame: u64,
     /// Which synchronisation of the index is known.
     syncs: u64,
     /// Whether the index is of this frame.
@@ -266,14 +263,7 @@ impl ViewCulling {
         self.candidates = Candidates::default();
         self.views.clear();
         self.looking.clear();
-        self.turnover = Turnover::default();
         self.marks.forget();
-    }
-
-    /// Whether something was found in the last frame that was not written then: somebody has it wait.
-    fn has_unwritten(&self) -> bool {
-        let are_of_lights = || self.views.keys().any(|key| !matches!(key, ViewKey::Camera(_)));
-        !self.looking.is_empty() || self.lights_frame != self.frame && are_of_lights()
     }
 }
 

@@ -8,7 +8,7 @@ use bevy::{
         system::{Local, Query},
     },
     mesh::{Mesh, Mesh3d},
-    platform::collections::HashMap,
+    platform::collections::{HashMap, HashSet},
 };
 
 use super::{
@@ -26,7 +26,7 @@ pub(super) fn await_meshes(
     meshes: Query<&Mesh3d>,
     mut choices: ResMut<LodChoices>,
     mut stats: ResMut<LodStats>,
-    mut waiting: Local<HashMap<AssetId<Mesh>, Vec<GroupId>>>,
+    mut waiting: Local<HashMap<AssetId<Mesh>, HashSet<GroupId>>>,
     mut due: Local<Vec<GroupId>>,
 ) {
     let _phase = phase!("sightline/lod/follow").adds_to(&mut stats.follow);
@@ -67,7 +67,7 @@ pub(super) fn await_meshes(
                 && !assets.contains(mesh)
             {
                 missing |= groups.of_member(member).map_or(0, |within| within.levels);
-                waiting.entry(mesh.id()).or_default().push(id);
+                waiting.entry(mesh.id()).or_default().insert(id);
             }
         }
         if missing != group.missing {
