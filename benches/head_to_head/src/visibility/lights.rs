@@ -6,6 +6,7 @@ use std::{cell::RefCell, time::Duration};
 
 use bevy::{
     camera::visibility::{CascadesVisibleEntities, CubemapVisibleEntities, VisibleMeshEntities},
+    gizmos::GizmoPlugin,
     light::{CascadeShadowConfigBuilder, LightPlugin},
     prelude::*,
 };
@@ -74,7 +75,7 @@ struct Lit {
 
 impl Lit {
     fn new(kind: Kind, scene: &Scene) -> Self {
-        let mut side = Side::new(kind, scene, |app| _ = app.add_plugins(LightPlugin));
+        let mut side = Side::new(kind, scene, |app| _ = app.add_plugins((GizmoPlugin, LightPlugin)));
         let mut rng = ChaCha8Rng::seed_from_u64(8);
         let mut lights = Vec::new();
         let world = side.app.world_mut();
