@@ -437,6 +437,26 @@ fn the_hierarchy_goes_first_that_no_ray_came_near_for_longest() {
 }
 
 #[test]
+fn a_hierarchy_that_returns_is_as_compact_as_is_wanted_by_then() {
+    let mut world = World::new(ball());
+    let whole = world.bvhs().memory();
+    world.set(MeshSettings {
+        memory_budget: Some(0),
+        compact: true,
+        ..default()
+    });
+    world.frames(GRACE + 1);
+    assert_eq!(world.status(), Some(MeshStatus::Dormant));
+    world.assert_exact(74);
+    world.frames(1);
+    finish_meshes(&mut world.app);
+    assert_eq!(world.status(), Some(MeshStatus::Ready));
+    let compact = world.bvhs().memory();
+    assert!(compact < whole * 6 / 10, "{compact} of {whole}");
+    world.assert_exact(75);
+}
+
+#[test]
 fn a_mesh_that_comes_later_is_held_to_the_budget_too() {
     let mut world = World::new(ball());
     world.set(MeshSettings {

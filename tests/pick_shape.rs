@@ -311,5 +311,8 @@ fn a_custom_surface_that_is_hit_where_the_ray_is_not_is_not_hit() {
         spawn(&mut app, group, Transform::IDENTITY);
         spawn(&mut app, Liar(t), Transform::IDENTITY);
         assert_eq!(hit_at(&mut app, Vec3::ZERO), None, "{t}");
+        let ray = ray_towards(Vec3::Z * 100.0, Vec3::ZERO);
+        let any = query(&mut app, |scene| scene.any_hit(ray, &SceneQuerySettings::default()));
+        assert!(!any, "{t}");
     }
 }

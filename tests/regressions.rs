@@ -377,3 +377,28 @@ fn rays_hit_the_mesh_that_was_swapped_in_in_the_frame_that_shows_it() {
         assert_eq!(hit.position.z, face, "seen from {distance} m");
     }
 }
+
+#[test]
+fn a_skinned_mesh_that_is_swapped_in_is_never_hit_in_its_bind_pose() {
+    let mut app = headless_app();
+    let joint = Transform::from_xyz(7.0, 0.0, 0.0);
+    let rig = spawn_rig(&mut app, with_one_joint(square()), &[joint]);
+    let near = app.world().get::<Mesh3d>(rig.entity).expect("a mesh").0.clone();
+    let far = add_mesh(&mut app, Cuboid::new(3.0, 3.0, 3.0));
+    let lod = ProxyLod::new(LodMetric::Distance, near.clone())
+        .then(20.0, far)
+        .hit_as(LodHits::Shown);
+    app.world_mut()
+        .entity_mut(rig.entity)
+        .insert((lod, Transform::default()));
+    let place = |distance| Transform::from_xyz(0.0, 0.0, distance);
+    let camera = app.world_mut().spawn((Camera3d::default(), place(60.0))).id();
+    settle(&mut app);
+    app.update();
+    app.world_mut().entity_mut(camera).insert(place(10.0));
+    app.update();
+    assert_eq!(app.world().get::<Mesh3d>(rig.entity).expect("a mesh").0, near);
+    let [corner, ..] = query(&mut app, |scene| scene.triangle(rig.entity, 0)).expect("a triangle");
+    let is_of_square = corner.z.abs() < 1.0;
+    assert!(!is_of_square || corner.x > 5.0, "{corner} is in the bind pose");
+}

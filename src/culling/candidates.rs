@@ -224,10 +224,14 @@ impl Candidates {
             (Some(_), None) => Test::OneByOne,
             (None, _) => Test::None,
         };
-        // The index knows where these are hit, and not where their meshes are drawn.
+        // The index knows where these are hit, or where they were before their meshes were swapped, and not where they are drawn.
         let is_elsewhere = (seen.has_skin || seen.has_morph_weights)
-            && (seen.has_pick_shape || seen.has_simplified_mesh || seen.has_hit_surface);
-        let is_never_hidden = seen.is_never_hidden || is_elsewhere;
+            && (seen.has_pick_shape
+                || seen.has_simplified_mesh
+                || seen.has_hit_surface
+                || lods.is_some_and(|lods| lods.swaps(entity)));
+        // A lamp lights more than the box by which it is picked.
+        let is_never_hidden = seen.is_never_hidden || is_elsewhere || has_sphere;
         let test_of_camera = if has_sphere || is_never_hidden && test != Test::None {
             Test::OneByOne
         } else {

@@ -188,6 +188,13 @@ impl MeshSlot {
         }
     }
 
+    /// From now on hierarchies are built to take little memory, or not.
+    pub fn set_compact(&mut self, compact: bool) {
+        if let Content::Loaded(loaded) = &mut self.content {
+            loaded.set_compact(compact);
+        }
+    }
+
     /// Drops the hierarchy until a query misses it.
     pub fn evict(&mut self) {
         if let Content::Loaded(loaded) = std::mem::take(&mut self.content) {

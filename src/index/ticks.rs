@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use bevy::ecs::{
     change_detection::{ContiguousRef, MAX_CHANGE_AGE, Tick},
+    component::Component,
     entity::Entity,
+    lifecycle::RemovedComponents,
 };
 
 use crate::spatial::simd::{Simd, Task, dispatch, prefetch};
@@ -137,4 +139,12 @@ pub(crate) fn ones(mut bits: u64) -> impl Iterator<Item = u32> {
         bits &= bits.wrapping_sub(1);
         place
     })
+}
+
+/// Whether Bevy has forgotten some removals before they could be read, after a pause of some frames.
+pub(crate) fn misses<T: Component>(removed: &RemovedComponents<T>) -> bool {
+    let cursor = removed.reader();
+    removed
+        .messages()
+        .is_some_and(|messages| cursor.missed_messages(messages) > 0)
 }

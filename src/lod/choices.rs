@@ -127,6 +127,12 @@ impl LodChoices {
         self.groups.of_member(entity).is_some()
     }
 
+    /// Whether an entity is the root of a group whose meshes are swapped.
+    pub(crate) fn swaps(&self, entity: Entity) -> bool {
+        let id = self.groups.of_root(entity);
+        id.is_some_and(|id| self.groups.is_swapped(id))
+    }
+
     /// Whether a view shows the entity of this number, which belongs to some level.
     #[inline]
     pub(crate) fn shows_in(&self, levels: Option<&ViewLevels>, number: u32) -> bool {

@@ -3,10 +3,10 @@
 use bevy::{
     ecs::{
         change_detection::{DetectChangesMut, Res, ResMut},
-        query::Has,
+        query::{Has, Or, With},
         system::{Commands, Query},
     },
-    mesh::Mesh3d,
+    mesh::{Mesh3d, morph::MeshMorphWeights, skinning::SkinnedMesh},
 };
 
 use super::{
@@ -24,6 +24,7 @@ use crate::{
 /// triggers [`LodSwapped`] for them.
 pub(super) fn swap_meshes(
     mut meshes: Query<(Option<&mut Mesh3d>, Has<SimplifiedMesh>)>,
+    posed: Query<(), Or<(With<SkinnedMesh>, With<MeshMorphWeights>)>>,
     mut for_rays: MeshSwaps,
     streamed: Res<StreamedMeshes>,
     mut choices: ResMut<LodChoices>,
@@ -74,7 +75,8 @@ pub(super) fn swap_meshes(
         };
         match meshes.get_mut(group.root) {
             Ok((Some(mut mesh), is_simplified)) if mesh.0 != *wanted => {
-                if !is_simplified {
+                // How it would be posed is found out by the next synchronisation.
+                if !is_simplified && !posed.contains(group.root) {
                     for_rays.swap(group.root, mesh.0.id(), wanted.id());
                 }
                 mesh.0 = wanted.clone();

@@ -34,8 +34,8 @@ use super::{
 use crate::{
     geometry::aabb::Aabb3dExt,
     index::{
-        MeshBvhs,
-        ticks::{Since, added, changed, ones},
+        MeshBvhs, SpatialIndex,
+        ticks::{Since, added, changed, misses, ones},
     },
     phase::phase,
 };
@@ -140,6 +140,23 @@ impl Changes<'_, '_> {
     }
 }
 
+impl Changes<'_, '_> {
+    /// Whether Bevy has forgotten what was removed before it could be read, after a pause of some frames. To be asked before
+    /// [`find`](Self::find), which reads it.
+    fn has_missed_some(&self) -> bool {
+        misses(&self.occluder)
+            || misses(&self.transform)
+            || misses(&self.visibility)
+            || misses(&self.layers)
+            || misses(&self.mesh)
+            || misses(&self.aabb)
+            || misses(&self.range)
+            || misses(&self.skin)
+            || misses(&self.morph_weights)
+            || misses(&self.disabled)
+    }
+}
+
 /// What is read of an entity that may occlude.
 #[derive(QueryData)]
 pub(super) struct Item {
@@ -162,17 +179,25 @@ pub(super) fn follow_occluders(
     events: Option<Res<Messages<AssetEvent<Mesh>>>>,
     mut events_read: Local<MessageCursor<AssetEvent<Mesh>>>,
     assets: Option<Res<Assets<Mesh>>>,
+    index: Res<SpatialIndex>,
     bvhs: Res<MeshBvhs>,
     settings: Res<OccluderSettings>,
     mut occluders: ResMut<Occluders>,
     mut stats: ResMut<OccluderStats>,
     mut dirty: Local<Vec<Entity>>,
+    mut syncs: Local<u64>,
 ) {
     let phase = phase!("sightline/occlusion/follow");
+    let is_current = std::mem::replace(&mut *syncs, index.syncs()) != index.syncs();
     let quietly = occluders.bypass_change_detection();
     let version = quietly.version();
+    let mut has_missed_some = changes.has_missed_some();
     changes.find(&items, quietly, &mut dirty);
     if let Some(events) = &events {
+        if events_read.missed_messages(events) > 0 {
+            quietly.shapes.forget_all(&mut dirty);
+            has_missed_some = true;
+        }
         for event in events_read.read(events) {
             if let Some(mesh) = changed_mesh(event) {
                 quietly.shapes.follow_mesh(mesh, &mut dirty);
@@ -189,6 +214,7 @@ pub(super) fn follow_occluders(
         occluders: quietly,
         sources: Sources {
             bvhs: &bvhs,
+            is_current,
             assets: assets.as_deref(),
         },
     };
@@ -196,7 +222,7 @@ pub(super) fn follow_occluders(
         follower.reconcile(entity, items.get(entity).ok());
     }
     // Entities may come and go in ways of which nothing tells: by a component that disables them.
-    if follower.occluders.known() != items.iter().len() {
+    if has_missed_some || follower.occluders.known() != items.iter().len() {
         dirty.extend(follower.occluders.all_known());
         reconciled += dirty.len() + items.iter().len();
         for entity in dirty.drain(..) {

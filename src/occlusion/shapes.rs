@@ -36,6 +36,8 @@ pub(super) type ShapeKey = (AssetId<Mesh>, Form);
 pub(super) struct Sources<'a> {
     /// Has copies, also of what only the GPU has by now.
     pub bvhs: &'a MeshBvhs,
+    /// Whether those copies are of this frame; if not, they may be of before an edit.
+    pub is_current: bool,
     pub assets: Option<&'a Assets<Mesh>>,
 }
 
@@ -112,6 +114,9 @@ impl Shapes {
     pub fn release(&mut self, key: ShapeKey, user: Entity) {
         if let Some(slot) = self.slots.get_mut(&key) {
             slot.users.remove(&user);
+            if slot.users.is_empty() && matches!(slot.state, State::Missing) {
+                self.slots.remove(&key);
+            }
         }
     }
 
@@ -132,6 +137,12 @@ impl Shapes {
         for key in all.into_iter().filter(|&(_, form)| form == Form::Boxes) {
             self.forget(key, dirty);
         }
+    }
+
+    /// Any mesh may have changed.
+    pub fn forget_all(&mut self, dirty: &mut Vec<Entity>) {
+        let all: Vec<ShapeKey> = self.slots.keys().copied().collect();
+        all.into_iter().for_each(|key| self.forget(key, dirty));
     }
 
     fn forget(&mut self, key: ShapeKey, dirty: &mut Vec<Entity>) {
@@ -171,14 +182,16 @@ impl Shapes {
 
 impl Slot {
     fn make(&mut self, (mesh, form): ShapeKey, sources: &Sources, inner: InnerBoxSettings) {
-        self.state = match (sources.bvhs.shared_triangles(mesh), sources.assets) {
-            (Some(triangles), _) => State::Making(Making::start(triangles, form, inner)),
-            (None, Some(assets)) => match assets.get(mesh).map(TriangleMesh::from_mesh) {
-                Some(Ok(triangles)) => State::Making(Making::start(Arc::new(triangles), form, inner)),
-                Some(Err(why)) => State::Done(Err(OccluderRefusal::Unusable(why))),
-                None => State::Missing,
+        let shared = sources.bvhs.shared_triangles(mesh);
+        let from_asset = || sources.assets?.get(mesh).map(TriangleMesh::from_mesh);
+        self.state = match (shared, from_asset) {
+            (Some(triangles), _) if sources.is_current => State::Making(Making::start(triangles, form, inner)),
+            (shared, from_asset) => match (from_asset(), shared) {
+                (Some(Ok(triangles)), _) => State::Making(Making::start(Arc::new(triangles), form, inner)),
+                (_, Some(triangles)) => State::Making(Making::start(triangles, form, inner)),
+                (Some(Err(why)), None) => State::Done(Err(OccluderRefusal::Unusable(why))),
+                (None, None) => State::Missing,
             },
-            (None, None) => State::Missing,
         };
     }
 }

@@ -1,9 +1,17 @@
 //! Frames in which something does not run.
 
-use bevy::{camera::primitives::Aabb, prelude::*, state::app::StatesPlugin};
+use bevy::{
+    camera::{primitives::Aabb, visibility::NoFrustumCulling},
+    mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    prelude::*,
+    state::app::StatesPlugin,
+};
 use bevy_sightline::prelude::*;
 
-use crate::common::*;
+use crate::{
+    common::*,
+    skinned_picking::rig::{spawn_rig, square, with_one_joint},
+};
 
 /// Whether the index is paused.
 #[derive(Resource, Default)]
@@ -151,4 +159,33 @@ fn what_goes_with_a_state_is_gone_in_the_same_frame() {
     assert!(!is_seen(&app) && index(&app).is_empty());
     assert!(app.world().resource::<LodChoices>().is_empty());
     assert!(app.world().resource::<Occluders>().is_empty());
+}
+
+#[test]
+fn a_mesh_that_is_loaded_in_a_pause_bounds_its_entity_afterwards() {
+    let mut app = app();
+    let mesh = app.world().resource::<Assets<Mesh>>().reserve_handle();
+    let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), NoFrustumCulling)).id();
+    settle(&mut app);
+    pause(&mut app, |app| {
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        meshes.insert(&mesh, Cuboid::default().into()).expect("a live asset");
+    });
+    assert_eq!(entity_at(&mut app, Vec3::ZERO), Some(entity));
+}
+
+#[test]
+fn inverse_bind_poses_that_change_in_a_pause_are_followed_afterwards() {
+    let mut app = app();
+    let rig = spawn_rig(&mut app, with_one_joint(square()), &[Transform::IDENTITY]);
+    settle(&mut app);
+    let skin = app.world().get::<SkinnedMesh>(rig.entity).expect("a skin");
+    let id = skin.inverse_bindposes.id();
+    pause(&mut app, |app| {
+        let moved = vec![Mat4::from_translation(Vec3::X * 7.0)];
+        let mut assets = app.world_mut().resource_mut::<Assets<SkinnedMeshInverseBindposes>>();
+        assets.insert(id, moved.into()).expect("a live asset");
+    });
+    let aabb = index(&app).aabb(rig.entity).expect("it is indexed");
+    assert_eq!(0.5 * (aabb.min.x + aabb.max.x), 7.0);
 }

@@ -1,7 +1,7 @@
 //! Bugs that were: what could be seen and was left out, and answers that were not so.
 
 use bevy::{
-    camera::{PerspectiveProjection, SubCameraView},
+    camera::{PerspectiveProjection, SubCameraView, visibility::VisibilityClass},
     ecs::system::RunSystemOnce,
     prelude::*,
 };
@@ -323,4 +323,54 @@ fn an_occluder_for_which_the_budget_does_not_suffice_is_counted() {
             .over_budget,
         1
     );
+}
+
+#[test]
+fn a_lamp_is_not_hidden_with_the_small_shape_by_which_it_is_picked() {
+    let mut app = headless_app();
+    let camera = spawn_camera(&mut app);
+    spawn_wall(&mut app);
+    let range = bevy::camera::primitives::Sphere {
+        center: Vec3A::NEG_Z * 20.0,
+        radius: 30.0,
+    };
+    let lamp = spawn(
+        &mut app,
+        (
+            range,
+            PickShape::new(Sphere::new(0.3)),
+            Transform::from_xyz(0.0, 0.0, -20.0),
+            Visibility::default(),
+            VisibilityClass::default(),
+        ),
+    );
+    finish(&mut app);
+    app.update();
+    let seen = app.world().get::<VisibleSet>(camera).expect("every camera has one");
+    assert!(seen.contains(lamp));
+}
+
+#[test]
+fn a_mesh_that_is_edited_while_the_index_is_paused_hides_afterwards_as_it_is_then() {
+    let mut app = headless_app();
+    app.insert_resource(IsOn(true))
+        .configure_sets(PostUpdate, SpatialIndexSystems::Sync.run_if(|is_on: Res<IsOn>| is_on.0));
+    let camera = spawn_camera(&mut app);
+    let wall = spawn_mesh(
+        &mut app,
+        Cuboid::new(8.0, 6.0, 1.0),
+        Transform::from_xyz(0.0, 0.0, -10.0),
+    );
+    insert(&mut app, wall, Occluder::Mesh);
+    let behind = spawn_cube(&mut app, Vec3::new(3.0, 0.0, -20.0));
+    finish(&mut app);
+    assert!(!sees(&mut app, camera, behind));
+    app.world_mut().resource_mut::<IsOn>().0 = false;
+    let mesh = app.world().get::<Mesh3d>(wall).expect("a mesh").0.clone();
+    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+    meshes.insert(&mesh, Cuboid::default().into()).expect("a live asset");
+    app.update();
+    app.world_mut().resource_mut::<IsOn>().0 = true;
+    finish(&mut app);
+    assert!(sees(&mut app, camera, behind));
 }

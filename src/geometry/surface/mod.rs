@@ -83,7 +83,9 @@ pub trait Surface: Send + Sync {
 
     /// Whether there is any hit.
     fn any_hit(&self, ray: &Ray, backfaces: Backfaces) -> bool {
-        self.closest_hit(ray, backfaces).is_some()
+        // What is not on the ray is no hit, whatever a surface says.
+        let hit = self.closest_hit(ray, backfaces);
+        hit.is_some_and(|hit| ray.has_parameter(hit.t))
     }
 
     /// Visits convex shapes that contain the surface together, as tightly as they can, each of them touching it: for

@@ -67,6 +67,11 @@ impl Loaded {
         }
     }
 
+    /// From now on hierarchies are built to take little memory, or not.
+    pub fn set_compact(&mut self, compact: bool) {
+        self.compact = compact;
+    }
+
     /// What rays are tested against is a hierarchy.
     pub fn has_hierarchy(&self) -> bool {
         matches!(self.triangles, Triangles::Built(_))

@@ -49,6 +49,8 @@ pub struct MeshBvhs {
     building: HashSet<AssetId<Mesh>>,
     /// The meshes whose box may have changed since they were last asked for.
     changed: Vec<AssetId<Mesh>>,
+    /// Whether more may have changed, of which nothing has been heard.
+    has_missed_some: bool,
     settings: MeshSettings,
     /// Counts the times that the index was brought up to date.
     frame: u32,
@@ -84,6 +86,7 @@ impl MeshBvhs {
             slots: HashMap::default(),
             building: HashSet::default(),
             changed: Vec::new(),
+            has_missed_some: false,
             settings: MeshSettings::default(),
             // Not that of a slot that was never asked.
             frame: 1,
@@ -222,6 +225,16 @@ impl MeshBvhs {
     /// All meshes that are here.
     pub(super) fn known(&self) -> impl Iterator<Item = AssetId<Mesh>> + '_ {
         self.slots.keys().copied()
+    }
+
+    /// Notes that assets may have changed of which nothing has been heard, those too that are waited for.
+    pub(super) fn note_missed(&mut self) {
+        self.has_missed_some = true;
+    }
+
+    /// Whether that was noted since this was last called.
+    pub(super) fn take_missed(&mut self) -> bool {
+        std::mem::take(&mut self.has_missed_some)
     }
 
     /// Whether there is anything for [`drain_changed`](Self::drain_changed) to give.

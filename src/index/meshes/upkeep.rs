@@ -17,6 +17,9 @@ impl MeshBvhs {
     pub(in crate::index) fn begin_frame(&mut self, settings: MeshSettings) {
         self.frame = self.frame.wrapping_add(1);
         if self.settings != settings {
+            for slot in self.slots.values_mut() {
+                slot.set_compact(settings.compact);
+            }
             self.settings = settings;
             self.next_eviction = Some(self.frame);
         }

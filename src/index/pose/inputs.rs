@@ -38,6 +38,11 @@ impl PoseInputs<'_, '_> {
     pub fn read_events(&mut self) {
         self.changed_bind_poses.clear();
         if let Some(events) = &self.bind_pose_events {
+            if self.events_read.missed_messages(events) > 0 {
+                // Any of them may have changed in a pause.
+                let used = self.skins.iter().map(|skin| skin.inverse_bindposes.id());
+                self.changed_bind_poses.extend(used);
+            }
             let changed = self.events_read.read(events).filter_map(|event| match *event {
                 AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(id),
                 AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => None,

@@ -9,7 +9,6 @@ use bevy::{
     },
     ecs::{
         change_detection::{ContiguousRef, Ref, Tick},
-        component::Component,
         entity::Entity,
         entity_disabling::Disabled,
         lifecycle::RemovedComponents,
@@ -26,7 +25,7 @@ use crate::index::{
     BoundedBy, DetailLevel, HitSurface, NoSpatialIndex, PickShape, RayCastBackfaces, SimplifiedMesh, SpatialIndex,
     pick_shape::DerivedShape,
     spatial_index::Moves,
-    ticks::{Since, added, changed, ones},
+    ticks::{Since, added, changed, misses, ones},
 };
 
 /// Fewer entities than this are not worth a task.
@@ -294,11 +293,4 @@ define_removed! {
     no_spatial_index: NoSpatialIndex,
     level: DetailLevel,
     disabled: Disabled,
-}
-
-fn misses<T: Component>(removed: &RemovedComponents<T>) -> bool {
-    let cursor = removed.reader();
-    removed
-        .messages()
-        .is_some_and(|messages| cursor.missed_messages(messages) > 0)
 }

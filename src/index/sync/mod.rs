@@ -74,6 +74,7 @@ pub(super) fn follow_mesh_assets(
         .collect();
     if has_missed_some {
         changed.extend(quietly.known());
+        quietly.note_missed();
     }
     let mut has_changed = !changed.is_empty();
     for id in changed {
@@ -152,6 +153,9 @@ pub(super) fn follow_entities(
     }
     dirty.extend(removed.read());
     dirty.extend(inputs.newly_posed());
+    if meshes.bypass_change_detection().take_missed() {
+        dirty.extend(bounded_by_mesh.entities());
+    }
     if meshes.has_changed() {
         dirty.extend(meshes.drain_changed().flat_map(|mesh| bounded_by_mesh.of(mesh)));
     }
