@@ -224,7 +224,8 @@ impl Candidates {
             (Some(_), None) => Test::OneByOne,
             (None, _) => Test::None,
         };
-        // The index knows where these are hit, or where they were before their meshes were swapped, and not where they are drawn.
+        // The index knows where these are hit, or where they were before their meshes were swapped, and not where they are
+        // drawn.
         let is_elsewhere = (seen.has_skin || seen.has_morph_weights)
             && (seen.has_pick_shape
                 || seen.has_simplified_mesh

@@ -26,8 +26,8 @@
 //!
 //! # Differences from Bevy's own backend
 //!
-//! [`SpriteIndexPlugin`], beside `SpatialPickingPlugin`, takes Bevy's `sprite_picking` out of the schedule, which goes through all sprites for every
-//! pointer, and answers in its place. Where Bevy's own answers differ:
+//! [`SpriteIndexPlugin`], beside `SpatialPickingPlugin`, takes Bevy's `sprite_picking` out of the schedule, which goes
+//! through all sprites for every pointer, and answers in its place. Where Bevy's own answers differ:
 //!
 //! - It looks at sprites with a `Pickable` only. Here all are picked, as meshes are, unless
 //!   [`MeshPickingSettings::require_markers`](bevy::picking::mesh_picking::MeshPickingSettings) is set.
